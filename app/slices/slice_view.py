@@ -1,4 +1,4 @@
-"""One slice: its picture, the cross-hair and the crop box over it, and what the mouse does."""
+"""What the three slices show together, and one of them: picture, cross-hair, crop box, mouse."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 import pyqtgraph as pg
-from PySide6.QtCore import QEvent, QPointF, QRectF, QSignalBlocker, Qt
+from PySide6.QtCore import QEvent, QObject, QPointF, QRectF, QSignalBlocker, Qt, Signal
 from PySide6.QtGui import (
     QBrush,
     QColor,
@@ -21,17 +21,72 @@ from PySide6.QtGui import (
 
 from app import theme
 from app.number_box import WholeNumberBox
-from app.slices.slice_state import SliceState
-from model.scene.crop import CropBox
-from model.scene.slices import Plane, gray_window, voxel_of
-from model.scene.volume import Triple
+from app.state.edits import EditedInput
+from model.scene.crop import CropBox, least_length
+from model.scene.slices import (
+    MIDDLE,
+    Plane,
+    SliceColors,
+    SlicePaint,
+    gray_window,
+    place_at,
+    planes_of,
+    voxel_of,
+)
+from model.scene.transfer_function import Range, TransferFunction
+from model.scene.volume import Triple, Volume
 
 FAST = 10  # slices of a notch of the wheel with Shift
 ZOOM = 1.15  # factor of a notch with Ctrl
-NEAREST = 200  # the most by which a picture is enlarged
+LARGEST = 200  # the most by which a picture is enlarged
+MARGIN = 0.06  # around a picture that is shown as a whole, by its size
 GAP = 6.0  # half the gap of the cross-hair in its middle, in pixels
 PLACE, PADDING = 6, 8  # distance of the number's box to the corner, and its margin, in pixels
 GRAY_PIXELS = 200.0  # pixels of a drag that make the window of gray 2.7 times as wide
+
+
+class SliceState(QObject):
+    """What the slices show, to be read; it is changed by :meth:`show`."""
+
+    changed = Signal()
+    hovered = Signal(object)  # emitted with the place under the mouse; None when it leaves
+
+    volume: Volume | None = None
+    planes = planes_of("+z")
+    place: Triple = MIDDLE  # of the cross-hair, in fractions of the volume's extent
+    colors: SliceColors = "gray"
+    window: Range = (0.0, 1.0)  # values that are gray, from black to white
+    tf: TransferFunction | None = None
+    smooth = True  # whether there are values between voxels
+    band: Range | None = None  # values that are outlined
+    crop: CropBox | None = None
+    edits_crop = False  # whether the crop box has handles
+
+    def show(self, **changes: Any) -> None:
+        """Change some of the attributes, by their names."""
+        if any(getattr(self, name) != value for name, value in changes.items()):
+            vars(self).update(changes)
+            self.changed.emit()
+
+    @property
+    def paint(self) -> SlicePaint:
+        """The colours of values."""
+        tf = None if self.colors == "gray" else self.tf
+        return SlicePaint.of(self.window, tf, self.colors == "overlay")
+
+    def move(self, place: Triple) -> None:
+        """Put the cross-hair onto the voxel nearest to a place."""
+        if self.volume is not None:
+            self.show(place=place_at(self.volume, voxel_of(self.volume, place)))
+
+    def scroll(self, axis: int, steps: int) -> None:
+        """Go on by some slices, which are in the way that their axis points."""
+        if self.volume is not None:
+            x, y, z = (
+                number + steps * (each == axis)
+                for each, number in enumerate(voxel_of(self.volume, self.place))
+            )
+            self.show(place=place_at(self.volume, (x, y, z)))
 
 
 class _Picture(pg.ImageItem):  # type: ignore[misc]
@@ -44,31 +99,8 @@ class _Picture(pg.ImageItem):  # type: ignore[misc]
         super().paint(painter, *arguments)
 
 
-class _CropRectangle(pg.ROI):  # type: ignore[misc]
-    """The crop box in one slice, in the units of its picture."""
-
-    def __init__(self, bounds: QRectF) -> None:
-        pen = pg.mkPen(theme.ON_IMAGE.text, width=1.2)
-        super().__init__(
-            (0, 0), (1, 1), maxBounds=bounds, movable=False, rotatable=False, pen=pen,
-            handlePen=pen, handleHoverPen=pg.mkPen(theme.ON_IMAGE.change, width=2),
-        )  # fmt: skip
-        for x in (0.0, 0.5, 1.0):
-            for y in (0.0, 0.5, 1.0):
-                if (x, y) != (0.5, 0.5):
-                    # Its menu would outlive it.
-                    self.addScaleHandle((x, y), (1 - x, 1 - y)).menu.deleteLater()
-
-    def show_box(self, rect: QRectF, has_handles: bool) -> None:
-        with QSignalBlocker(self):
-            self.setPos(rect.topLeft(), update=False, finish=False)
-            self.setSize(rect.size().toTuple(), finish=False)
-        for handle in self.getHandles():
-            handle.setVisible(has_handles)
-
-
 class SliceView(pg.GraphicsView):  # type: ignore[misc]
-    """Shows the slice through the cross-hair across one of the three axes.
+    """Shows the slice through the cross-hair across one of the axes.
 
     The wheel scrolls, ten slices with Shift, and zooms with Ctrl. A left drag moves the cross-hair,
     a middle one or one with Shift pans, a right one changes the window of gray.
@@ -80,142 +112,149 @@ class SliceView(pg.GraphicsView):  # type: ignore[misc]
         self,
         state: SliceState,
         number: int,
-        crop: tuple[Callable[[CropBox], object], Callable[[], object]],
+        crop: EditedInput[CropBox | None],
         enlarge: Callable[[SliceView], object],
     ) -> None:
         super().__init__(background=theme.CANVAS)
-        self._state, self._number, self._enlarge = state, number, enlarge
-        self._move_crop, self._finish_crop = crop
-        self._size = QRectF(0, 0, 1, 1)
-        self._pixel = 0.0, 0.0
+        self._state, self._number, self._crop, self._enlarge = state, number, crop, enlarge
+        self._grid: object = None
+        self._drawn: object = None
+        self._whole = self._voxels = QRectF(0, 0, 1, 1)
+        """The picture between the centers of its outer voxels, and all of these."""
         self._notches = 0.0
         self._last: QPointF | None = None
-        self._before: Triple | None = None
+        self._before = state.place
         self._grip: Any = None
         self._box = pg.ViewBox(
             lockAspect=True, enableMouse=False, enableMenu=False, invertY=True, defaultPadding=0
         )
         self._box.disableAutoRange()
         self.setCentralItem(self._box)
-        self.setCacheMode(self.CacheModeFlag.CacheNone)
-        self.setMinimumSize(120, 90)
         self._picture = _Picture(axisOrder="row-major")
         self._box.addItem(self._picture)
-        self._rectangle: _CropRectangle | None = None
+        self._rectangle: Any = None
         self.number = WholeNumberBox(self.viewport())
         self.number.move(PLACE, PLACE)
         self.number.valueChanged.connect(self._go_to)
+        self.setCacheMode(self.CacheModeFlag.CacheNone)
+        self.setMinimumSize(120, 90)
         self.setProperty("role", "slice")
         self.setCursor(Qt.CursorShape.CrossCursor)
-        self.setAccessibleName("Slice")
 
     @property
     def plane(self) -> Plane:
         """Which slices these are."""
         return self._state.planes[self._number]
 
-    def show_volume(self) -> None:
-        """Show another volume, or the same one along other axes."""
-        volume, plane = self._state.volume, self.plane
+    def refresh(self) -> None:
+        """Show what is not shown yet of the state."""
+        state, plane = self._state, self.plane
+        volume = state.volume
         if volume is None:
             return
-        # Not in the data's units: some are so small that Qt would round them to nothing.
-        sides = [volume.proportions[axis] for axis, _sign in (plane.right, plane.up)]
-        count = volume.dimensions[plane.axis]
-        axis = "xyz"[plane.axis]
-        self._size = QRectF(0, 0, *sides)
-        wide, high = plane.right[0], plane.up[0]
-        self._pixel = (
-            sides[0] / (volume.dimensions[wide] - 1),
-            sides[1] / (volume.dimensions[high] - 1),
-        )
-        self.number.setPrefix(f"{axis} " if plane.name == axis else f"{plane.name}  {axis} ")
-        self.number.setSuffix(f" of {count - 1}")
-        self.number.setAccessibleName(f"{plane.name} slice")
-        self.setAccessibleName(f"{plane.name} slice of the volume")
-        # As wide as its largest number.
-        self.number.set_limits(0, count - 1)
+        grid = volume.dimensions, volume.spacing, plane
+        if grid != self._grid:
+            self._grid = grid
+            self._start(volume, plane)
+        index = voxel_of(volume, state.place)[plane.axis]
+        drawn = volume, plane, index, state.paint, state.band, state.smooth
+        if drawn != self._drawn:
+            self._drawn = drawn
+            hidden = None if volume.hidden is None else plane.cut(volume.hidden, state.place)
+            values, ink = plane.cut(volume.voxels, state.place), QColor(theme.ON_IMAGE.visible)
+            picture = state.paint.picture(values, hidden, state.band, ink.rgb() & 0xFFFFFF)
+            self._picture.smooth = state.smooth
+            self._picture.setImage(picture, autoLevels=False, levels=None)
+            self._picture.setRect(self._voxels)
         with QSignalBlocker(self.number):
-            self.number.setValue(count - 1)
-        width = self.number.fontMetrics().horizontalAdvance(self.number.text())
-        self.number.setFixedSize(width + 2 * PADDING, self.number.sizeHint().height())
-        self._picture.smooth = self._state.smooth
-        if self._rectangle is not None:
-            self._box.removeItem(self._rectangle)
-            self._rectangle = None
-        self.show_slice()
-        self.show_crop()
-        self.fit()
-
-    def show_slice(self) -> None:
-        """Show the present slice in the present colours."""
-        volume, place, plane = self._state.volume, self._state.place, self.plane
-        if volume is None:
-            return
-        missing = None
-        if volume.missing is not None and not volume.draws_missing:
-            missing = plane.cut(volume.missing, place)
-        ink = QColor(theme.ON_IMAGE.visible)
-        values = plane.cut(volume.voxels, place)
-        picture = self._state.paint.picture(values, missing, self._state.band, ink.rgb())
-        self._picture.setImage(picture, autoLevels=False, levels=None)
-        wide, high = self._pixel
-        self._picture.setRect(self._size.adjusted(-wide / 2, -high / 2, wide / 2, high / 2))
-        with QSignalBlocker(self.number):
-            self.number.setValue(voxel_of(volume, place)[plane.axis])
+            self.number.setValue(index)
+        self._show_crop()
         self.viewport().update()
-
-    def show_crop(self) -> None:
-        """Draw the crop box, if there is one or it can be dragged."""
-        box, edits = self._state.crop, self._state.edits_crop
-        if box is None and not edits:
-            if self._rectangle is not None:
-                self._rectangle.hide()
-            return
-        if self._rectangle is None:
-            self._rectangle = _CropRectangle(self._size)
-            self._box.addItem(self._rectangle, ignoreBounds=True)
-            self._rectangle.sigRegionChanged.connect(self._take_crop)
-        self._rectangle.show()
-        box = box or CropBox()
-        corners = [QPointF(*self.plane.in_picture(corner)) for corner in (box.low, box.high)]
-        wide, high = self._size.width(), self._size.height()
-        corners = [QPointF(wide * corner.x(), high * corner.y()) for corner in corners]
-        self._rectangle.show_box(QRectF(*corners).normalized(), edits)
 
     def fit(self) -> None:
         """Show all of the slice, also when the view has another size."""
         self._is_fit = True
-        self._box.setRange(self._size, padding=0.06)
+        self._box.setRange(self._voxels, padding=MARGIN)
         self.viewport().update()
 
-    def place_at(self, position: QPointF) -> Triple | None:
+    def place_under(self, position: QPointF) -> Triple | None:
         """Return the place of the slice at a position; None outside the volume."""
-        at = self._box.mapSceneToView(position)
-        (wide, high), whole = self._pixel, self._size
-        if not whole.adjusted(-wide / 2, -high / 2, wide / 2, high / 2).contains(at):
-            return None
-        shares = at.x() / whole.width(), at.y() / whole.height()
-        return self.plane.moved(self._state.place, shares)
+        inside = self._voxels.contains(self._box.mapSceneToView(position))
+        return self._nearest_place(position) if inside else None
 
     def position_of(self, place: Triple) -> QPointF:
         """Return the position in the view of a place, as seen across the slices."""
-        x, y = self.plane.in_picture(place)
-        at = QPointF(x * self._size.width(), y * self._size.height())
-        return self._box.mapViewToScene(at)
+        return self._box.mapViewToScene(self._in_picture(place))
+
+    def _start(self, volume: Volume, plane: Plane) -> None:
+        """Take the measures of another grid."""
+        # Not in the data's units: some are so small that Qt would round them to nothing.
+        wide, high = (volume.proportions[axis] for axis, _sign in (plane.right, plane.up))
+        columns, rows = (volume.dimensions[axis] - 1 for axis, _sign in (plane.right, plane.up))
+        self._whole, half = QRectF(0, 0, wide, high), (wide / columns / 2, high / rows / 2)
+        self._voxels = self._whole.adjusted(-half[0], -half[1], *half)
+        axis, last, box = "xyz"[plane.axis], volume.dimensions[plane.axis] - 1, self.number
+        box.setPrefix(f"{axis} " if plane.name == axis else f"{plane.name}  {axis} ")
+        box.setSuffix(f" of {last}")
+        for part in (box, self):
+            part.setAccessibleName(f"{plane.name} slice")
+        # As wide as its largest number.
+        box.set_limits(0, last)
+        with QSignalBlocker(box):
+            box.setValue(last)
+        width = box.fontMetrics().horizontalAdvance(box.text()) + 2 * PADDING
+        box.setFixedSize(width, box.sizeHint().height())
+        if self._rectangle is not None:
+            self._box.removeItem(self._rectangle)
+            self._rectangle = None
+        self.fit()
+
+    def _show_crop(self) -> None:
+        """Draw the crop box where there is one, with handles while it can be dragged."""
+        box, edits = self._state.crop, self._state.edits_crop
+        if self._rectangle is None and (box is not None or edits):
+            self._rectangle = _crop_rectangle(self._whole)
+            self._rectangle.sigRegionChanged.connect(self._take_crop)
+            self._box.addItem(self._rectangle, ignoreBounds=True)
+        if self._rectangle is not None:
+            self._rectangle.setVisible(box is not None or edits)
+            box = box or CropBox()
+            rect = QRectF(self._in_picture(box.low), self._in_picture(box.high)).normalized()
+            with QSignalBlocker(self._rectangle):
+                self._rectangle.setPos(rect.topLeft(), update=False, finish=False)
+                self._rectangle.setSize(rect.size().toTuple(), finish=False)
+            for handle in self._rectangle.getHandles():
+                handle.setVisible(edits)
+
+    def _take_crop(self, rectangle: Any) -> None:
+        """Move the planes of the crop box that were dragged."""
+        box, plane, volume = self._crop.value or CropBox(), self.plane, self._state.volume
+        assert volume is not None
+        low = rectangle.pos()
+        corners = [
+            plane.moved(MIDDLE, (at.x() / self._whole.width(), at.y() / self._whole.height()))
+            for at in (low, low + rectangle.size())
+        ]
+        for axis in (plane.right[0], plane.up[0]):
+            least = least_length(volume.dimensions[axis])
+            for side, place in enumerate(sorted(corner[axis] for corner in corners)):
+                if not math.isclose(place, (box.low, box.high)[side][axis], abs_tol=1e-9):
+                    box = box.with_plane(axis, side, place, least)
+        self._crop.move(box)
 
     def _go_to(self, number: int) -> None:
-        volume = self._state.volume
-        if volume is not None:
-            here = voxel_of(volume, self._state.place)[self.plane.axis]
-            self._state.scroll(self.plane, number - here)
+        if self._state.volume is not None:
+            axis = self.plane.axis
+            self._state.scroll(axis, number - voxel_of(self._state.volume, self._state.place)[axis])
 
-    def _take_crop(self, rectangle: _CropRectangle) -> None:
-        low, size = rectangle.pos(), rectangle.size()
-        wide, high = self._size.width(), self._size.height()
-        first = low.x() / wide, low.y() / high
-        last = (low.x() + size.x()) / wide, (low.y() + size.y()) / high
-        self._move_crop(self._state.cropped(self.plane, first, last))
+    def _in_picture(self, place: Triple) -> QPointF:
+        x, y = self.plane.in_picture(place)
+        return QPointF(x * self._whole.width(), y * self._whole.height())
+
+    def _nearest_place(self, position: QPointF) -> Triple:
+        at = self._box.mapSceneToView(position)
+        shares = at.x() / self._whole.width(), at.y() / self._whole.height()
+        return self.plane.moved(self._state.place, shares)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Go on to show all of the slice, unless it was zoomed."""
@@ -229,76 +268,59 @@ class SliceView(pg.GraphicsView):  # type: ignore[misc]
         moved, keys = event.angleDelta(), event.modifiers()
         notches = (moved.y() or moved.x()) / 120
         if keys & Qt.KeyboardModifier.ControlModifier:
-            wide, _high = self._box.viewPixelSize()
-            least = self._size.width() / max(self.width(), 1) / NEAREST
-            if notches < 0 or wide > least:
-                self._is_fit = False
-                middle = self._box.mapSceneToView(event.position())
-                self._box.scaleBy((ZOOM**-notches, ZOOM**-notches), center=middle)
-                self.viewport().update()
+            self._zoom(notches, event.position())
             return
         # Wheels of high resolution report parts of a notch.
         self._notches += notches * (FAST if keys & Qt.KeyboardModifier.ShiftModifier else 1)
         steps = int(self._notches)
         self._notches -= steps
-        self._state.scroll(self.plane, steps)
-        self._state.hovered.emit(self.place_at(event.position()))
+        self._state.scroll(self.plane.axis, steps)
+        self._state.hovered.emit(self.place_under(event.position()))
+
+    def _zoom(self, notches: float, position: QPointF) -> None:
+        least = self._voxels.width() / max(self.width(), 1) / LARGEST
+        if notches < 0 or self._box.viewPixelSize()[0] > least:
+            self._is_fit = False
+            middle, factor = self._box.mapSceneToView(position), ZOOM**-notches
+            self._box.scaleBy((factor, factor), center=middle)
+            self.viewport().update()
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Scroll by Page up and Page down, show all by Home."""
-        steps = {Qt.Key.Key_PageUp: 1, Qt.Key.Key_PageDown: -1}.get(Qt.Key(event.key()))
-        if steps is not None:
-            self._state.scroll(self.plane, steps)
-        elif event.key() == Qt.Key.Key_Home:
+        """Scroll by Page up and Page down, show all by Home; others are the window's."""
+        steps = {Qt.Key.Key_PageUp: 1, Qt.Key.Key_PageDown: -1}.get(Qt.Key(event.key()), 0)
+        self._state.scroll(self.plane.axis, steps)
+        if event.key() == Qt.Key.Key_Home:
             self.fit()
-        else:
-            # Not to the scene, which would keep the window's keys.
+        elif not steps:
             event.ignore()
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
         """Begin a drag: of the crop box's handle, of the cross-hair, or of the picture."""
-        event.accept()
         self._last, self._before = event.position(), self._state.place
-        self._grip = self._crop_handle_at(event.position())
-        if self._gesture(event) == "place":
-            self._drag_place(event.position())
+        self._grip = self._handle_at(event.position())
+        self._drag(event, QPointF())
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
         """Drag, or say what is under the mouse."""
         position = event.position()
         if event.buttons() and self._last is not None:
-            moved, gesture = position - self._last, self._gesture(event)
-            self._last = position
-            if gesture == "crop" and self._rectangle is not None:
-                self._rectangle.movePoint(self._grip, position, finish=False, coords="scene")
-            elif gesture == "place":
-                self._drag_place(position)
-            elif gesture == "pan":
-                wide, high = self._box.viewPixelSize()
-                self._is_fit = False
-                self._box.translateBy(x=-moved.x() * wide, y=-moved.y() * high)
-                self.viewport().update()
-            else:
-                self._drag_gray(moved)
+            moved, self._last = position - self._last, position
+            self._drag(event, moved)
         elif self._state.edits_crop:
-            is_handle = self._crop_handle_at(position) is not None
             shapes = Qt.CursorShape
+            is_handle = self._handle_at(position) is not None
             self.setCursor(shapes.SizeAllCursor if is_handle else shapes.CrossCursor)
-        self._state.hovered.emit(self.place_at(position))
+        self._state.hovered.emit(self.place_under(position))
 
-    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
+    def mouseReleaseEvent(self, _event: QMouseEvent) -> None:
         """End a drag."""
-        event.accept()
-        if self._grip is not None:
-            self._finish_crop()
         self._last = self._grip = None
+        self._crop.finish()
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
         """Make the slice large, or all of them small again; the first click was none."""
-        event.accept()
         if event.button() == Qt.MouseButton.LeftButton and not event.modifiers():
-            if self._before is not None:
-                self._state.move(self._before)
+            self._state.move(self._before)
             self._enlarge(self)
 
     def leaveEvent(self, event: QEvent) -> None:
@@ -306,45 +328,39 @@ class SliceView(pg.GraphicsView):  # type: ignore[misc]
         super().leaveEvent(event)
         self._state.hovered.emit(None)
 
-    def _gesture(self, event: QMouseEvent) -> str:
-        buttons = event.buttons()
+    def _drag(self, event: QMouseEvent, moved: QPointF) -> None:
+        state, buttons = self._state, event.buttons()
         if self._grip is not None:
-            return "crop"
-        if buttons & Qt.MouseButton.RightButton:
-            return "gray"
-        shift = event.modifiers() & Qt.KeyboardModifier.ShiftModifier
-        return "pan" if buttons & Qt.MouseButton.MiddleButton or shift else "place"
-
-    def _drag_place(self, position: QPointF) -> None:
-        at = self._box.mapSceneToView(position)
-        shares = at.x() / self._size.width(), at.y() / self._size.height()
-        self._state.move(self.plane.moved(self._state.place, shares))
-
-    def _drag_gray(self, moved: QPointF) -> None:
-        """Widen the window of gray to the right; downwards, brighten."""
-        state = self._state
-        if state.volume is not None:
+            self._rectangle.movePoint(self._grip, event.position(), finish=False, coords="scene")
+        elif buttons & Qt.MouseButton.RightButton and state.volume is not None:
             wider, higher = math.exp(moved.x() / GRAY_PIXELS), -moved.y() / GRAY_PIXELS
-            state.set_window(gray_window(state.window, state.volume.scalar_range, wider, higher))
+            whole = state.volume.scalar_range
+            state.show(window=gray_window(state.window, whole, wider, higher))
+        elif buttons & Qt.MouseButton.MiddleButton or (
+            event.modifiers() & Qt.KeyboardModifier.ShiftModifier
+        ):
+            self._is_fit = self._is_fit and moved.isNull()
+            wide, high = self._box.viewPixelSize()
+            self._box.translateBy(x=-moved.x() * wide, y=-moved.y() * high)
+            self.viewport().update()
+        else:
+            state.move(self._nearest_place(event.position()))
 
-    def _crop_handle_at(self, position: QPointF) -> Any:
-        """The crop rectangle's handle at a position; None without one."""
+    def _handle_at(self, position: QPointF) -> Any:
+        """The crop box's handle at a position; None without one."""
         handles = self._rectangle.getHandles() if self._state.edits_crop and self._rectangle else ()
         return next((item for item in self.items(position.toPoint()) if item in handles), None)
 
     def drawBackground(self, painter: QPainter, rect: QRectF) -> None:
         """Hatch what is clear: nothing was measured there."""
         painter.fillRect(rect, QColor(theme.CANVAS))
-        volume = self._state.volume
-        if volume is not None and volume.missing is not None and not volume.draws_missing:
-            shown = self._box.mapViewToScene(self._size).boundingRect()
+        if self._state.volume is not None and self._state.volume.hidden is not None:
+            shown = self._box.mapViewToScene(self._voxels).boundingRect()
             hatch = QBrush(QColor(theme.ON_IMAGE.line), Qt.BrushStyle.BDiagPattern)
             painter.fillRect(shown.intersected(QRectF(self.rect())), hatch)
 
     def drawForeground(self, painter: QPainter, _rect: QRectF) -> None:
         """Draw the cross-hair, and the letters at the edges."""
-        if self._state.volume is None:
-            return
         at, wide, high = self.position_of(self._state.place), self.width(), self.height()
         color = QColor(theme.ON_IMAGE.attention)
         color.setAlpha(170)
@@ -355,18 +371,26 @@ class SliceView(pg.GraphicsView):  # type: ignore[misc]
             ((x, 0), (x, y - GAP)), ((x, y + GAP), (x, high)),
         ):  # fmt: skip
             painter.drawLine(QPointF(*start), QPointF(*end))
-        inside = self.rect().adjusted(4, 2, -4, -2)
-        left, right, bottom, top = self.plane.edges
-        flags = Qt.AlignmentFlag
+        inside, sides = self.rect().adjusted(4, 2, -4, -2), Qt.AlignmentFlag
         plate = QColor(theme.CANVAS)
         plate.setAlpha(150)
         painter.setPen(QColor(theme.ON_IMAGE.dim))
-        for text, side in (
-            (left, flags.AlignLeft | flags.AlignVCenter),
-            (right, flags.AlignRight | flags.AlignVCenter),
-            (bottom, flags.AlignHCenter | flags.AlignBottom),
-            (top, flags.AlignHCenter | flags.AlignTop),
+        middle, centre = sides.AlignVCenter, sides.AlignHCenter
+        places = sides.AlignLeft, sides.AlignRight, sides.AlignBottom, sides.AlignTop
+        for text, side, other in zip(
+            self.plane.edges, places, (middle, middle, centre, centre), strict=True
         ):
             # Else the cross-hair would cross out the letters in the middle.
-            painter.fillRect(painter.boundingRect(inside, side, text), plate)
-            painter.drawText(inside, side, text)
+            painter.fillRect(painter.boundingRect(inside, side | other, text), plate)
+            painter.drawText(inside, side | other, text)
+
+
+def _crop_rectangle(bounds: QRectF) -> Any:
+    """Return the crop box in one slice, in the units of its picture."""
+    pen = pg.mkPen(theme.ON_IMAGE.text, width=1.2)
+    options = {"movable": False, "rotatable": False, "pen": pen, "handlePen": pen}
+    rectangle = pg.ROI((0, 0), (1, 1), maxBounds=bounds, **options)
+    for x, y in ((0, 0), (0, 0.5), (0, 1), (0.5, 0), (0.5, 1), (1, 0), (1, 0.5), (1, 1)):
+        # A handle's menu, which is never shown, would outlive it.
+        rectangle.addScaleHandle((x, y), (1 - x, 1 - y)).menu.deleteLater()
+    return rectangle

@@ -9,55 +9,48 @@ from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout, QWidget
 from app.caption_button import CaptionButton
 from app.controls import ElidedLabel, add_action, add_choices, fill
 from app.number_box import significant
-from app.slices.slice_state import SliceState
-from app.slices.slice_view import SliceView
+from app.slices.slice_view import SliceState, SliceView
 from app.state.viewer_state import ViewerState
 from model.scene.slices import SliceColors, coordinates, stored_at, voxel_of
 from model.scene.volume import Triple
 
 COLORS: dict[SliceColors, tuple[str, str]] = {
     "gray": ("Gray", "Drag with the right button to change its window"),
-    "colors": ("Colours", "The TF's colours"),
+    "colors": ("TF", "The TF's colours"),
     "overlay": ("Gray and TF", "The TF's colours over gray, as opaque as the TF has them"),
 }
-DIGITS = 5  # of a coordinate; values have all that single precision tells apart
+DIGITS = 5  # of a coordinate
 
 
 class SlicesColumn(QWidget):
     """Shows three slices; a double click makes one of them large."""
 
-    def __init__(
-        self, state: SliceState, viewer: ViewerState, resized: Callable[[bool], object]
-    ) -> None:
+    def __init__(self, viewer: ViewerState, resized: Callable[[], object]) -> None:
         super().__init__()
-        self.state, self._viewer, self._resized = state, viewer, resized
-        crop = viewer.crop_input
-        drag = crop.move, lambda: crop.finish()
-        self.views = [SliceView(state, number, drag, self._enlarge) for number in range(3)]
+        self.state, self._viewer, self._resized = SliceState(self), viewer, resized
+        state, crop = self.state, viewer.crop_input
+        self.views = [SliceView(state, number, crop, self._enlarge) for number in range(3)]
         self.button = CaptionButton()
         menu = self.button.add_menu()
-        self._choices = add_choices(menu, COLORS, state.recolor)
+        self.choices = add_choices(menu, COLORS, lambda colors: state.show(colors=colors))
         menu.addSeparator()
-        add_action(menu, "&Full range of gray", self._reset_gray)
+        add_action(menu, "Gray of &all values", self._reset_gray)
         add_action(menu, "&Show all of the slices", self._fit)
         self.value, self.where = ElidedLabel(), ElidedLabel()
         self.where.setProperty("role", "dim")
-        words = fill(QVBoxLayout(), self.value, self.where)
         foot = fill(QHBoxLayout(), self.button, margins=(4, 2, 6, 2), spacing=6)
-        foot.addLayout(words, 1)
+        foot.addLayout(fill(QVBoxLayout(), self.value, self.where), 1)
         column = fill(QVBoxLayout(self), spacing=1)
         for view in self.views:
             column.addWidget(view, 1)
         column.addLayout(foot)
-        state.changed.connect(self._follow)
+        state.changed.connect(self._refresh)
         state.hovered.connect(self._say)
-        self._follow("volume")
 
     @property
-    def large(self) -> SliceView | None:
-        """The slice that is shown alone; None while all are."""
-        shown = [view for view in self.views if not view.isHidden()]
-        return shown[0] if len(shown) == 1 else None
+    def is_large(self) -> bool:
+        """Whether one slice is shown alone."""
+        return any(view.isHidden() for view in self.views)
 
     @property
     def readout(self) -> str:
@@ -65,33 +58,25 @@ class SlicesColumn(QWidget):
         return f"{self.value.full_text}\n{self.where.full_text}"
 
     def _enlarge(self, view: SliceView) -> None:
-        is_large = self.large is None
+        was_large = self.is_large
         for each in self.views:
-            each.setVisible(each is view or not is_large)
-        self._resized(is_large)
+            each.setVisible(was_large or each is view)
+        self._resized()
 
-    def _follow(self, what: str) -> None:
-        state = self.state
+    def _refresh(self) -> None:
         for view in self.views:
-            if what == "volume":
-                view.show_volume()
-            elif what == "crop":
-                view.show_crop()
-            else:
-                view.show_slice()
-        if what in ("volume", "colors"):
-            self._choices[state.colors].setChecked(True)
-            self.button.set_title(COLORS[state.colors][0])
+            view.refresh()
+        self.choices[self.state.colors].setChecked(True)
+        self.button.set_title(COLORS[self.state.colors][0])
         self._say(None)
-
-    def _reset_gray(self) -> None:
-        volume = self.state.volume
-        if volume is not None:
-            self.state.set_window(volume.scalar_range)
 
     def _fit(self) -> None:
         for view in self.views:
             view.fit()
+
+    def _reset_gray(self) -> None:
+        if self.state.volume is not None:
+            self.state.show(window=self.state.volume.scalar_range)
 
     def _say(self, place: Triple | None) -> None:
         """Say value and place under the mouse; without one, those at the cross-hair."""
@@ -103,6 +88,6 @@ class SlicesColumn(QWidget):
         said = "nothing measured" if value is None else f"{value:.9g} {volume.units}".rstrip()
         name = "" if value is None else self._viewer.label_name(value)
         voxel = ", ".join(map(str, voxel_of(volume, place)))
-        self.value.set_full_text(f"{said}  {name}".rstrip() + f"   voxel {voxel}")
+        self.value.set_full_text("   ".join(filter(None, (said, name, f"voxel {voxel}"))))
         numbers = [f"{axis} {significant(at, DIGITS)}" for axis, at in coordinates(volume, place)]
         self.where.set_full_text("  ".join([*numbers, volume.file.spacing_unit]).rstrip())

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any, Literal
 
 import numpy as np
@@ -11,23 +12,26 @@ from numpy.typing import NDArray
 
 from model.scene.crop import place_of, voxel_at
 from model.scene.transfer_function import TF_SAMPLES, Range, TransferFunction
-from model.scene.view import axis_labelled, upright_frame
+from model.scene.view import AXES, axis_labelled, upright_frame
 from model.scene.volume import Triple, Volume
 
-SliceColors = Literal["gray", "colors", "overlay"]  # gray, the colour TF, or both by opacity
+SliceColors = Literal["gray", "colors", "overlay"]  # gray, the TF's colours, or those over gray
 
 MIDDLE: Triple = (0.5, 0.5, 0.5)
-STEPS = 16  # colours from one of a TF's bins to the next: a label has its own bin's exactly
+STEPS = 16  # colours from one of a TF's bins to the next: a label has exactly its bin's
 NARROWEST = 1e-4  # width of a window of gray, by the scalar range
+SATURATED = 0.002  # share of the voxels at either end that the usual window of gray leaves out
 NAMES = {"S": "Axial", "I": "Axial", "A": "Coronal", "P": "Coronal", "L": "Sagittal"}
+OPPOSITES = dict(zip("LRAPSI", "RLPAIS", strict=True))
 
 
 @dataclass(frozen=True)
 class Plane:
     """The slices across one axis of a volume, and how they lie in their picture.
 
-    Each axis is 0, 1 or 2 for x, y or z. `right` and `up` are axes with a sign: 1 where the axis
-    grows to the right or upwards in the picture, else -1.
+    Axes are 0, 1 or 2 for x, y or z. `right` and `up` are axes with a sign: 1 where the axis grows
+    to the right or upwards in the picture, else -1. Places are fractions of the volume's extent
+    along x, y and z, places in the picture fractions from its left and from its top.
     """
 
     axis: int
@@ -45,69 +49,61 @@ class Plane:
         return picture[:: -self.up[1], :: self.right[1]]
 
     def in_picture(self, place: Triple) -> tuple[float, float]:
-        """Return a place's fractions of the picture, from the left and from the top."""
+        """Return where a place is in the picture, as seen across the slices."""
         (right, r), (up, u) = self.right, self.up
-        return (
-            place[right] if r > 0 else 1 - place[right],
-            place[up] if u < 0 else 1 - place[up],
-        )
+        x, y = place[right], place[up]
+        return (x if r > 0 else 1 - x), (y if u < 0 else 1 - y)
 
     def moved(self, place: Triple, at: tuple[float, float]) -> Triple:
-        """Return a place of the same slice at fractions of the picture, within the volume."""
-        found = list(place)
+        """Return a place of the same slice that is at a place in the picture, or the nearest."""
         (right, r), (up, u) = self.right, self.up
-        for axis, is_along, share in ((right, r > 0, at[0]), (up, u < 0, at[1])):
-            found[axis] = min(max(share if is_along else 1 - share, 0.0), 1.0)
-        return (found[0], found[1], found[2])
+        x, y = (min(max(share, 0.0), 1.0) for share in at)
+        found = {self.axis: place[self.axis], right: x if r > 0 else 1 - x}
+        found[up] = y if u < 0 else 1 - y
+        return found[0], found[1], found[2]
 
 
+@lru_cache(maxsize=8)
 def planes_of(up: str, labels: tuple[str, ...] = ()) -> tuple[Plane, Plane, Plane]:
-    """Return the three planes of a volume: level ones first, then from the front and the side.
+    """Return the three planes of a volume: level slices first, then from the front and the side.
 
     `up` is the axis that points up, `labels` has the patient's direction of each of
     :data:`model.scene.view.AXES`, if known. Patients are seen as radiologists see them: from the
     feet, with their right side on the left, and with the face to the left.
     """
     frame = upright_frame(up, axis_labelled("A", labels))
-    (x, y, z), names = (_signed(row) for row in frame), labels or _AXIS_NAMES
+    names = labels or tuple(axis.replace("-", "−") for axis in AXES)
+    x, y, z = ((k := int(np.argmax(np.abs(row))), 1 if row[k] > 0 else -1) for row in frame)
 
-    def plane(across: tuple[int, int], right: tuple[int, int], up: tuple[int, int]) -> Plane:
-        letters = [names[2 * axis + (sign < 0)] for axis, sign in (right, up)]
-        others = [names[2 * axis + (sign > 0)] for axis, sign in (right, up)]
-        name = NAMES.get(labels[2 * across[0]], "Sagittal") if labels else "xyz"[across[0]]
-        return Plane(across[0], right, up, name, (others[0], letters[0], others[1], letters[1]))
+    def plane(axis: int, right: tuple[int, int], up: tuple[int, int]) -> Plane:
+        (left, to_right), (bottom, top) = (
+            names[2 * k : 2 * k + 2][::-sign] for k, sign in (right, up)
+        )
+        name = NAMES.get(labels[2 * axis], "Sagittal") if labels else "xyz"[axis]
+        return Plane(axis, right, up, name, (left, to_right, bottom, top))
 
-    return plane(z, x, (y[0], -y[1])), plane(y, x, z), plane(x, y, z)
-
-
-_AXIS_NAMES = ("+x", "−x", "+y", "−y", "+z", "−z")
-
-
-def _signed(row: NDArray[np.float64]) -> tuple[int, int]:
-    axis = int(np.argmax(np.abs(row)))
-    return axis, 1 if row[axis] > 0 else -1
+    return plane(z[0], x, (y[0], -y[1])), plane(y[0], x, z), plane(x[0], y, z)
 
 
 def voxel_of(volume: Volume, place: Triple) -> tuple[int, int, int]:
-    """Return the nearest voxel along x, y and z to a place in fractions of the extent."""
+    """Return the voxel along x, y and z that is nearest to a place."""
     x, y, z = (voxel_at(p, n) for p, n in zip(place, volume.dimensions, strict=True))
     return x, y, z
 
 
 def place_at(volume: Volume, voxel: tuple[int, int, int]) -> Triple:
-    """Return the place of a voxel's center, in fractions of the extent, within the volume."""
-    x, y, z = (
-        place_of(min(max(v, 0), n - 1), n) for v, n in zip(voxel, volume.dimensions, strict=True)
-    )
+    """Return the place of the center of a voxel, or of the nearest one that there is."""
+    counts = volume.dimensions
+    x, y, z = (place_of(min(max(v, 0), n - 1), n) for v, n in zip(voxel, counts, strict=True))
     return x, y, z
 
 
 def stored_at(volume: Volume, place: Triple) -> float | None:
-    """Return the file's value of the voxel at a place; None where nothing was measured."""
+    """Return the file's value of the voxel at a place; None where it is missing."""
     x, y, z = voxel_of(volume, place)
-    if volume.missing is not None and volume.missing[z, y, x] and not volume.draws_missing:
-        return None
-    return float(volume.linear.voxels[z, y, x])
+    hidden = volume.hidden
+    is_missing = hidden is not None and hidden[z, y, x]
+    return None if is_missing else float(volume.linear.voxels[z, y, x])
 
 
 def coordinates(volume: Volume, place: Triple) -> list[tuple[str, float]]:
@@ -115,56 +111,45 @@ def coordinates(volume: Volume, place: Triple) -> list[tuple[str, float]]:
 
     Axes of a patient have the letter of the side that the voxel lies on, others are x, y and z.
     """
-    axes = np.array(volume.file.directions) if volume.file.directions else np.eye(3)
+    axes = np.array(volume.file.directions or np.eye(3))
     steps = np.array(voxel_of(volume, place)) * volume.spacing
     numbers = (np.array(volume.origin) + steps @ axes).tolist()
     space = volume.file.space
-    if len(space) != 3:
+    if not (len(space) == 3 and OPPOSITES.keys() >= set(space)):
         return list(zip("xyz", numbers, strict=True))
-    return [
-        (letter if number >= 0 else _OPPOSITE.get(letter, f"−{letter}"), abs(number))
-        for letter, number in zip(space, numbers, strict=True)
-    ]
-
-
-_OPPOSITE = dict(zip("LRAPSI", "RLPAIS", strict=True))
+    letters = ((letter, OPPOSITES[letter]) for letter in space)
+    return [(pair[n < 0], abs(n)) for pair, n in zip(letters, numbers, strict=True)]
 
 
 @dataclass(frozen=True, eq=False)
 class SlicePaint:
-    """Colours of values: uint8 (n, 4) at even steps from the lowest to the highest."""
+    """Colours of values: RGBA, uint8 (n, 4), at even steps from the lowest to the highest."""
 
     values: Range
     table: NDArray[np.uint8]
 
     @classmethod
-    def of(cls, colors: SliceColors, window: Range, tf: TransferFunction) -> SlicePaint:
-        """Return the colours of a window of gray, of a TF, or of the TF over the gray."""
-        if colors == "gray":
-            levels = np.arange(256, dtype=np.uint8)
-            return cls(window, np.stack([levels] * 3 + [np.full(256, 255, np.uint8)], axis=1))
-        count = STEPS * (TF_SAMPLES - 1) + 1
-        rgb = tf.color.sample(count=count).astype(np.float64)
-        if colors == "overlay":
-            low, high = window
-            values = np.linspace(*tf.scalar_range, count)
-            gray = np.clip((values - low) / (high - low), 0, 1)[:, None]
-            opacity = tf.opacity.sample(count=count)[:, None]
-            rgb = gray + opacity * (rgb - gray)
+    @lru_cache(maxsize=4)
+    def of(cls, window: Range, tf: TransferFunction | None, is_overlay: bool = False) -> SlicePaint:
+        """Return the colours of a window of gray, of a TF, or of a TF over the gray."""
+        count = 256 if tf is None else STEPS * (TF_SAMPLES - 1) + 1
+        values = window if tf is None else tf.scalar_range
+        gray = (np.linspace(*values, count) - window[0]) / (window[1] - window[0])
+        rgb = np.clip(gray, 0, 1)[:, None].repeat(3, axis=1)
+        if tf is not None:
+            opacity = tf.opacity.sample(count=count)[:, None] if is_overlay else 1.0
+            rgb += opacity * (tf.color.sample(count=count) - rgb)
         levels = np.rint(255 * np.clip(np.column_stack([rgb, np.ones(count)]), 0, 1))
-        return cls(tf.scalar_range, levels.astype(np.uint8))
+        return cls(values, levels.astype(np.uint8))
 
     def picture(
         self,
         values: NDArray[Any],
         missing: NDArray[np.bool_] | None = None,
-        band: Range | None = None,
+        outlined: Range | None = None,
         ink: int = 0xFFFFFF,
     ) -> NDArray[np.uint8]:
-        """Colour values (h, w), RGBA (h, w, 4); missing ones are clear.
-
-        A band of values is outlined in an ink 0xRRGGBB.
-        """
+        """Colour values (h, w), RGBA (h, w, 4): missing ones clear, a band's edge in 0xRRGGBB."""
         low, high = self.values
         last = len(self.table) - 1
         levels = np.subtract(values, low, dtype=np.float64)
@@ -172,24 +157,19 @@ class SlicePaint:
         levels += 0.5
         np.clip(levels, 0, last, out=levels)
         colors = self.table.view(np.uint32)[:, 0][levels.astype(np.uint16)]
-        if band is not None:
-            # Whole numbers are compared as such, which is many times as fast.
-            lowest, highest = band if values.dtype.kind == "f" else _whole(band)
+        if outlined is not None:
+            lowest, highest = outlined
+            if values.dtype.kind != "f":
+                # Whole numbers are compared as such, which is many times as fast.
+                lowest, highest = math.ceil(lowest), math.floor(highest)
             inside = (values >= lowest) & (values <= highest)
             if missing is not None:
                 inside &= ~missing
-            drawn = np.array([ink >> 16 & 255, ink >> 8 & 255, ink & 255, 255], np.uint8)
-            np.putmask(colors, _edge(inside), drawn.view(np.uint32))
+            drawn = np.frombuffer(ink.to_bytes(3, "big") + b"\xff", np.uint32)
+            np.putmask(colors, _edge(inside), drawn)
         if missing is not None:
             colors[missing] = 0
         return colors.view(np.uint8).reshape(*values.shape, 4)
-
-
-def _whole(band: Range) -> tuple[int, int]:
-    return math.ceil(band[0]), math.floor(band[1])
-
-
-SATURATED = 0.002  # share of the voxels at either end that the usual window of gray leaves out
 
 
 def usual_window(counts: NDArray[np.integer], edges: NDArray[np.floating]) -> Range:
@@ -202,10 +182,9 @@ def usual_window(counts: NDArray[np.integer], edges: NDArray[np.floating]) -> Ra
 
 def gray_window(window: Range, scalar_range: Range, wider: float, higher: float) -> Range:
     """Return a window of gray made wider by a factor, and moved by a part of its width."""
-    whole = scalar_range[1] - scalar_range[0]
-    width = min(max((window[1] - window[0]) * wider, NARROWEST * whole), 4 * whole)
-    middle = (window[0] + window[1]) / 2 + higher * width
-    middle = min(max(middle, scalar_range[0]), scalar_range[1])
+    lo, hi = scalar_range
+    width = min(max((window[1] - window[0]) * wider, NARROWEST * (hi - lo)), 4 * (hi - lo))
+    middle = min(max(sum(window) / 2 + higher * width, lo), hi)
     return middle - width / 2, middle + width / 2
 
 

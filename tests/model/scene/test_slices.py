@@ -100,7 +100,7 @@ def test_values_are_those_of_the_file_on_any_scale():
 @pytest.mark.parametrize("dtype", [np.uint8, np.int16, np.float32, np.float64])
 def test_gray_is_the_window_and_clipped_outside(dtype):
     values = np.array([[0, 10, 20], [30, 40, 120]], dtype)
-    picture = SlicePaint.of("gray", (10.0, 30.0), TF).picture(values)
+    picture = SlicePaint.of((10.0, 30.0), None).picture(values)
     wanted = np.clip((values.astype(float) - 10) / 20, 0, 1) * 255
     np.testing.assert_allclose(picture[..., :3], wanted[..., None].repeat(3, 2), atol=0.5 + 1e-9)
     assert (picture[..., 3] == 255).all()
@@ -110,10 +110,10 @@ def test_colours_are_the_tfs_and_the_overlay_mixes_them_by_opacity():
     values = np.linspace(-10, 110, 60).reshape(6, 10)
     inside = np.clip(values, *RANGE)
     colors = TF.color(inside)
-    picture = SlicePaint.of("colors", (0.0, 50.0), TF).picture(values)
+    picture = SlicePaint.of((0.0, 50.0), TF).picture(values)
     np.testing.assert_allclose(picture[..., :3], 255 * colors, atol=1)
     gray, opacity = np.clip(inside / 50, 0, 1)[..., None], TF.opacity(inside)[..., None]
-    overlay = SlicePaint.of("overlay", (0.0, 50.0), TF).picture(values)
+    overlay = SlicePaint.of((0.0, 50.0), TF, is_overlay=True).picture(values)
     wanted = 255 * (gray * (1 - opacity) + colors * opacity)
     np.testing.assert_allclose(overlay[..., :3], wanted, atol=2)
 
@@ -122,7 +122,7 @@ def test_labels_have_exactly_their_colours():
     voxels = np.arange(24, dtype=np.uint8).reshape(2, 3, 4) % 7
     volume = volume_of(voxels).over(label_range(volume_of(voxels)))
     tf = label_tf(volume)
-    picture = SlicePaint.of("colors", volume.scalar_range, tf).picture(voxels[1])
+    picture = SlicePaint.of(volume.scalar_range, tf).picture(voxels[1])
     np.testing.assert_array_equal(
         picture[..., :3], np.rint(255 * tf.color(voxels[1].astype(float)))
     )
@@ -134,7 +134,7 @@ def test_missing_voxels_are_clear_and_a_band_is_outlined(dtype):
     values = rng.integers(0, 100, (40, 50)).astype(dtype)
     values[5:20, 10:30] = 70
     missing = rng.random(values.shape) < 0.1
-    paint = SlicePaint.of("gray", RANGE, TF)
+    paint = SlicePaint.of(RANGE, None)
     picture = paint.picture(values, missing, (59.5, 80.5), 0x0A0B0C)
     inside = (values >= 60) & (values <= 80) & ~missing
     edge = inside & ~binary_erosion(inside, border_value=1)

@@ -152,11 +152,11 @@ def test_a_right_drag_changes_the_window_of_gray(window):
 def test_colours_follow_the_tf(qtbot, window):
     column, view, here = window.slices.column, views(window)[0], (2, 1, 3)
     state(window).move(place_at(state(window).volume, here))
-    column._choices["colors"].trigger()
+    column.choices["colors"].trigger()
     tf = window.state.transfer_function
     value = float(make_volume().voxels[here[2], here[1], here[0]])
     assert pixel(view, at(window, view, *here)) == pytest.approx(255 * tf.color(value), abs=4)
-    assert column.button.title == "Colours"
+    assert column.button.title == "TF"
 
 
 def test_the_readout_has_value_voxel_and_place(window):
@@ -250,8 +250,8 @@ def test_the_crop_box_is_dragged_in_a_slice_as_one_edit(qtbot, window):
     assert window.state.crop is None
     window.state.crop_input.set(CropBox((0.25, 0.0, 0.0), (1.0, 0.5, 1.0)))
     left = view._rectangle.pos()[0]
-    assert left == pytest.approx(0.25 * view._size.width())
-    assert view._rectangle.size()[1] == pytest.approx(0.5 * view._size.height())
+    assert left == pytest.approx(0.25 * view._whole.width())
+    assert view._rectangle.size()[1] == pytest.approx(0.5 * view._whole.height())
     window.crop_card.set_shown(False)
     assert view._rectangle.isVisible()
     assert not any(handle.isVisible() for handle in view._rectangle.getHandles())
