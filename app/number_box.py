@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 
 from PySide6.QtCore import QEvent, QObject, QSignalBlocker, Qt
 from PySide6.QtGui import QKeyEvent, QValidator
@@ -114,6 +115,7 @@ class NumberBox(QDoubleSpinBox):
         self._digits = SHOWN_DIGITS
         self._typed: float | None = None
         self._scale: ValueScale = "linear"
+        self.numbers: Mapping[int, int] = {}  # shown and typed for whole values
         self.setKeyboardTracking(False)
         self.setDecimals(MOST_DECIMALS)
         _Typing(self)
@@ -139,6 +141,8 @@ class NumberBox(QDoubleSpinBox):
 
     def textFromValue(self, value: float) -> str:
         """Format a value with its relevant digits, and never as "-0"."""
+        if value in self.numbers:
+            return f"{self.numbers[int(value)]}"
         more = TYPED_DIGITS - SHOWN_DIGITS if value == self._typed else 0
         return significant(value_at(value, self._scale) + 0.0, min(self._digits + more, 17))
 
@@ -146,6 +150,9 @@ class NumberBox(QDoubleSpinBox):
         """Read a number; an unchanged text keeps the exact value."""
         if text == self.textFromValue(self.value()):
             return self.value()
+        if self.numbers:
+            named = {f"{number}": float(value) for value, number in self.numbers.items()}
+            return named.get(text.strip(), math.nan)
         number, is_place = float(text), self._scale == "linear"
         self._typed = place_of(number, self._scale) if number > 0 or is_place else -math.inf
         return self._typed

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor, wait
@@ -111,14 +112,16 @@ class Drawer:
     def _drawn(
         self, inputs: SceneInputs, raster: Raster, distance: float, watch: Watch | None = None
     ) -> Image:
-        begun = time.perf_counter()
+        begun, worked = time.perf_counter(), time.process_time()
         if watch is None or self.by_raycast:
             rgba = self.render(inputs, raster, distance, watch or UNWATCHED)
         else:
             rgba = self._in_bands(inputs, raster, distance, watch)
         seconds = time.perf_counter() - begun
         self.sizes.note(distance, raster.side, seconds)
-        return Image(rgba, seconds, self.description, by_raycast=self.by_raycast)
+        quiet = min((time.process_time() - worked) / (os.cpu_count() or 1), seconds)
+        by = self.description, self.by_raycast
+        return Image(rgba, seconds, by[0], by_raycast=by[1], quiet_seconds=quiet)
 
     def _in_bands(
         self, inputs: SceneInputs, raster: Raster, distance: float, watch: Watch

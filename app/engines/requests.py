@@ -75,6 +75,7 @@ class Image:
     is_preview: bool = False  # whether the one at rest has another renderer, or more samples
     samples: int = 1  # of each pixel in path-traced light
     error: float | None = None  # estimated RMS of the colours; infinite while it is not known
+    quiet_seconds: float | None = None  # that it would take if all cores were free for it
 
     @property
     def width(self) -> int:

@@ -132,7 +132,7 @@ class FidelityLine(QLabel):
 WIDTH, POPOVER_WIDTH = 76, 400  # of the slider and of the table of all stops, in pixels
 WAITING = "Measured once the image at rest is there."
 MEASURING = "Measuring {} of {} …"
-MEASURED = "Measured in this scene, with {} x {} pixels at rest."
+MEASURED = "Measured in this scene, with {} × {} pixels at rest."
 
 WIDEST, UNKNOWN = "999 / s, error .0000", "…"
 """As long as figures get, so that nothing moves as they change, and what is there without any."""

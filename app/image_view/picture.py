@@ -41,7 +41,7 @@ def compose(
     image = QImage(width, height, clear if background is None else opaque)
     if image.isNull():
         raise RenderError(
-            f"A picture of {width} x {height} pixels does not fit into the memory; "
+            f"A picture of {width} × {height} pixels does not fit into the memory; "
             "choose a smaller one."
         )
     channels = 4 if background is None else 3

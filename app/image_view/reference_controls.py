@@ -140,7 +140,8 @@ class ReferenceControls(QObject):
         unlit = is_automatic and settings.lighting == "none" and self._work.light_is_slow
         self.light.set_title(LIGHT_NAMES[settings.lighting] + (" (too slow)" if unlit else ""))
         self.light.setAccessibleName(f"Light: {self.light.title}")
-        chosen = "Light, chosen automatically" if is_automatic else "Light"
+        why = ": soft light takes too long here" if self._work.soft_is_slow else ""
+        chosen = f"Light, chosen automatically{why}" if is_automatic else "Light"
         self.light.setToolTip(f"{chosen}\nLight of the ground truth, and brightness of both images")
 
 

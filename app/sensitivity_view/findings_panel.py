@@ -34,7 +34,7 @@ from app.tf_editor.editor import HEADER_HEIGHT
 
 WIDTH = 276
 HEADING_HEIGHT = 22
-ROW_HEIGHT, LOW_ROW_HEIGHT = 26, 24  # of a row, in pixels: usually, and where there is little room
+ROW_HEIGHT, LOW_ROW_HEIGHT = 26, 19  # of a row, in pixels: usually, and where there is little room
 BAR = 2
 
 LOW_BELOW = 266  # height of the editor below which rows are lower, and *What if* is in a heading
@@ -82,10 +82,15 @@ class PanelRow(QWidget):
             label.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
             row.addWidget(label, 0 if width else 1)
         for button in self.buttons:
-            button.setFixedHeight(22)
             button.installEventFilter(self)
             row.addWidget(button)
-        self.setFixedHeight(ROW_HEIGHT)
+        self.set_height(ROW_HEIGHT)
+
+    def set_height(self, height: int) -> None:
+        """Take as many pixels, and its buttons nearly as many."""
+        self.setFixedHeight(height)
+        for button in self.buttons:
+            button.setFixedHeight(min(height - BAR, 22))
 
     @property
     def text(self) -> str:
@@ -211,7 +216,7 @@ class FindingsPanel(QFrame):
         self._fitted = fitted  # called after it has opened or closed
         self._wanted: bool | None = None
         """Whether the user wants it open; None for where there is room."""
-        self._has_room = self._is_folded = self._holds = False
+        self._has_room = self._is_folded = self._is_low = self._holds = False
         self.values = Values()
         self.setProperty("role", "side")
         self.setFixedWidth(WIDTH)
@@ -290,9 +295,12 @@ class FindingsPanel(QFrame):
     def fold(self, width: int, height: int) -> None:
         """Take less room in a low editor, and open by itself in a wide one."""
         self._has_room, self._is_folded = width >= OPEN_FROM, height <= HEADER_HEIGHT
-        is_low = height < LOW_BELOW
+        is_low = self._is_low = height < LOW_BELOW
         for row in (*self.value_rows, *self.edit_rows):
-            row.setFixedHeight(LOW_ROW_HEIGHT if is_low else ROW_HEIGHT)
+            row.set_height(LOW_ROW_HEIGHT if is_low else ROW_HEIGHT)
+        # The rows say by themselves what they are.
+        self.values_heading.setVisible(not is_low)
+        self._foot.setContentsMargins(4, 0 if is_low else 6, 0, 0)
         target = self._edits_line if is_low else self._foot
         if target.indexOf(self._what_if.button) < 0:
             target.insertWidget(1 if is_low else 0, self._what_if.button)
@@ -313,14 +321,18 @@ class FindingsPanel(QFrame):
             return
         self.values = self.values.of(asker, self._holds)
         said = findings_of(asker, self.values.found, layer.peaks)
-        self.title.set_full_text(said.title)
+        # Where there is little room, the heading of values is not there.
+        is_place = self._is_low and asker.asked.place is not None
+        self.title.set_full_text(said.values_heading if is_place else said.title)
         self.rename.setEnabled(asker.asked.active is not None)
         self.values_heading.setText(said.values_heading)
-        for label, text in (
-            (self.values_note, said.values_note), (self.edits_note, said.edits_note),
-        ):  # fmt: skip
+        for label, text, found in (
+            (self.values_note, said.values_note, said.values),
+            (self.edits_note, said.edits_note, said.edits),
+        ):
             label.setText(text)
-            label.setVisible(bool(text))
+            # Where there is little room, rows say enough.
+            label.setVisible(bool(text) and not (self._is_low and found))
         for rows, found, fresh in (
             (self.value_rows, said.values, said.values_fresh),
             (self.edit_rows, said.edits, said.edits_fresh),

@@ -74,7 +74,9 @@ class SensitivityView(QObject):
         self.mouse = PlotMouse(area, self._state, self._asked)
         self.visible = VisibleLayer(area, asker)
         self.responses = ResponseLayer(area, asker, lambda n: self.actions.add_mode(n))
-        self.actions = EditActions(asker, self.responses, self._shown_colors, self._made_visible)
+        self.actions = EditActions(
+            asker, self.responses, self._shown_colors, self._made_visible, workspace.news.emit
+        )
         self.band = BandLayer(area, asker, self.visible, self.actions.add_mode_over_band)
         self.chips = ChipBar(self._asked, area.histogram, self._open_panel, self.show_table)
         self.source = SourceLabel(workspace)

@@ -32,7 +32,7 @@ from model.scene.tf_emphasis import (
     raise_value,
 )
 from model.scene.tf_perturbation import edit_around, edit_over
-from model.scene.transfer_function import TF_SAMPLES, OpacityTF
+from model.scene.transfer_function import TF_SAMPLES, OpacityTF, Range
 from model.sensitivity.peaks import Contribution, is_same_value
 from model.sensitivity.what_if import WhatIf, compare, edited, predicted_rmse
 
@@ -221,6 +221,8 @@ def _said(answer: Trial) -> str:
 
 Emphasis = Literal["raise", "lower", "isolate"]
 
+LEAST_HIDDEN = 0.005  # opacity of what is said to be transparent by now
+
 
 class EditActions:
     """Makes edits, each as one undo step."""
@@ -231,10 +233,11 @@ class EditActions:
         layer: ResponseLayer,
         shown_colors: Callable[[], NDArray[np.float32]],
         made_visible: Callable[[OpacityTF], OpacityTF],
+        say: Callable[[str], object],
     ) -> None:
         self._asker, self._layer = asker, layer
         self._state, self._asked = asker.state, asker.asked
-        self._shown_colors, self._made_visible = shown_colors, made_visible
+        self._shown_colors, self._made_visible, self._say = shown_colors, made_visible, say
         self._ways_back: dict[tuple[Emphasis, OpacityTF], tuple[float, OpacityTF]] = {}
         """For the edit that takes back the one that led to a TF: its value, and the TF before."""
 
@@ -257,6 +260,7 @@ class EditActions:
         if how == "isolate":
             alone = isolate_value(tf.opacity, value, width, found.reach)
             opacity = self._made_visible(alone)
+            self._say_isolated(tf.opacity, opacity, found.reach)
         else:
             known = self._ways_back.get((how, tf.opacity))
             if known is not None and is_same_value(known[0], value, self._state.scalar_range):
@@ -267,6 +271,15 @@ class EditActions:
             if opacity != tf.opacity:
                 self._ways_back["lower" if how == "raise" else "raise", opacity] = value, tf.opacity
         self._state.tf_input.set(replace(tf, opacity=opacity), f"{how} value")
+
+    def _say_isolated(self, before: OpacityTF, after: OpacityTF, reach: Range) -> None:
+        """Say what is shown alone, as little may change in the image."""
+        values, (low, high) = np.linspace(*before.scalar_range, TF_SAMPLES), reach
+        outside = (values < low - self._width) | (values > high + self._width)
+        hidden = (before(values) - after(values))[outside].max(initial=0.0) > LEAST_HIDDEN
+        more = ", more opaque than before" if (after(values) > before(values)).any() else ""
+        others = ": the others are transparent now" if hidden else ": no others were visible"
+        self._say(f"Values {self._state.range_text(reach)} are shown alone{more}{others}.")
 
     def _add(self, value: float, width: float, striking: bool) -> None:
         tf, height = self._state.transfer_function, self._asked.choices.height

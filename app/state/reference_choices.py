@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
 from app.engines.engines import Drawing, ReferenceSettings
 from app.engines.exactness import STOPS, USUAL, Stop
 from app.engines.messages import Result
-from app.engines.pace import FIRST_SIZE, FIRST_SLOW_SCALE
+from app.engines.pace import FIRST_SIZE
 from app.state.settings import LightingChoice
-from model.rendering.raster import Raster
 from model.scene.scene import LightDirection, Lighting, LightRange, Scene
 
 SizeChoice = Literal["pane", "generator"] | int
@@ -18,11 +18,12 @@ SizeChoice = Literal["pane", "generator"] | int
 
 EVERYWHERE = LightRange(90.0, 90.0)  # range of a light that no model has to follow
 USUAL_DISTANCE = 0.5  # sample distance in voxels, where neither the user nor a model has another
-SLOW_SOFT_S = 0.1  # of a moving image, from which soft light is not chosen automatically
 
-SLOW_LIGHT_S = 3.0
-"""Time of the ray caster's image in direct light from which no light is chosen automatically. The
-image has as many pixels as the first one, however wide the pane."""
+SLOW_S: dict[Lighting, float] = {"soft": 0.1, "direct": 3.0}
+"""Seconds of an image, on cores that nothing else uses, from which a light is not automatic."""
+
+JUDGED_SIZE: dict[Lighting, int] = {"soft": 256, "direct": FIRST_SIZE}
+"""Pixels of its sides: as many as while something moves, and as the first one has."""
 
 
 @dataclass(frozen=True)
@@ -80,45 +81,20 @@ class ReferenceChoices:
         return "none" if "direct" in slow_lights else "direct"
 
 
-class SlowLights:
-    """Kinds of light of a volume that took too long, by the first images in each."""
+def quiet_seconds(lighting: Lighting, result: Result) -> float | None:
+    """Return the seconds by which a light is judged; None if an image says nothing of it.
 
-    def __init__(self) -> None:
-        self.found: frozenset[Lighting] = frozenset()
-        self._judged: frozenset[Lighting] = frozenset()
-        self._loaded: frozenset[Lighting] = frozenset()
+    They hardly depend on what else the machine does, nor on the size of the window.
+    """
+    image = result.image
+    if image is None or image.quiet_seconds is None or lighting not in SLOW_S:
+        return None
+    if lighting == "direct" and (not image.by_raycast or result.request.quality.live):
+        return None
+    rows, columns = image.rgba.shape[:2]
+    return image.quiet_seconds * min(1.0, JUDGED_SIZE[lighting] ** 2 / (rows * columns))
 
-    def judge(
-        self, lighting: Lighting, result: Result, whole: Raster, is_busy: bool = False
-    ) -> float:
-        """Judge a light by the time of one of the reference's images.
 
-        While the machine is busy with compiling, a slow image says nothing: else the first light
-        would go and come back.
-
-        Return the seconds that such an image takes if this has now been found to be too long;
-        else 0.
-        """
-        image = result.image
-        if lighting in self._judged or image is None:
-            return 0.0
-        if lighting == "soft":
-            # By as many pixels as an image has while something moves.
-            limit, pixels = SLOW_SOFT_S, FIRST_SLOW_SCALE**2 * whole.width * whole.height
-        elif lighting == "direct" and image.by_raycast and not result.request.quality.live:
-            limit, pixels = SLOW_LIGHT_S, FIRST_SIZE**2
-        else:
-            return 0.0
-        rows, columns = image.rgba.shape[:2]
-        seconds = image.seconds * min(1.0, pixels / (rows * columns))
-        if seconds > limit and is_busy:
-            return 0.0
-        if seconds > limit and lighting not in self._loaded:
-            # With the first image, what draws it was loaded or compiled, or the machine slept.
-            self._loaded |= {lighting}
-            return 0.0
-        self._judged |= {lighting}
-        if seconds <= limit:
-            return 0.0
-        self.found |= {lighting}
-        return seconds
+def slow_lights(seconds: Mapping[Lighting, float]) -> frozenset[Lighting]:
+    """Return the lights that take too long, by their measured seconds."""
+    return frozenset(light for light, most in SLOW_S.items() if seconds.get(light, 0.0) > most)

@@ -17,7 +17,7 @@ from app.state.image_errors import TradeWork
 from app.state.image_scheduler import NO_MODEL_SIZE, ImageScheduler
 from app.state.preferences import Preferences
 from app.state.preparation import Preparation
-from app.state.reference_choices import ReferenceChoices, SlowLights
+from app.state.reference_choices import ReferenceChoices, quiet_seconds, slow_lights
 from app.state.settings import LightingChoice
 from app.state.viewer_state import ViewerState
 from model.rendering.raster import Raster
@@ -66,7 +66,9 @@ class ReferenceWork(QObject):
         self.settings = self.wanted = ReferenceSettings()
         # Whether an image is seen, or none is to be: until then nothing else takes the processor.
         self.has_drawn = self._analyst_waits = False
-        self._slow_lights = SlowLights()
+        # Seconds of an image in each light, and lights of which the first image is there.
+        self._light_seconds: dict[Lighting, float] = {}
+        self._loaded: set[Lighting] = set()
         # Whether the home view is still fitted to the pane while it is looked from.
         self.fits_view = True
         self._pane_pixels = NO_MODEL_SIZE, NO_MODEL_SIZE
@@ -96,7 +98,16 @@ class ReferenceWork(QObject):
     @property
     def light_is_slow(self) -> bool:
         """Whether images in direct light turned out to take too long here."""
-        return "direct" in self._slow_lights.found
+        return "direct" in self._slow_lights
+
+    @property
+    def soft_is_slow(self) -> bool:
+        """Whether images in soft light turned out to take too long here."""
+        return "soft" in self._slow_lights
+
+    @property
+    def _slow_lights(self) -> frozenset[Lighting]:
+        return slow_lights(self._light_seconds)
 
     @property
     def reach(self) -> Reach:
@@ -105,7 +116,7 @@ class ReferenceWork(QObject):
 
     def resting_distance(self, stop: Stop) -> float:
         """Return how far samples of images at rest would be apart at a stop, in voxels."""
-        settings = replace(self.choices, stop=stop).settings(self._scene, self._slow_lights.found)
+        settings = replace(self.choices, stop=stop).settings(self._scene, self._slow_lights)
         by_raycast = settings.renderer == "raycast" or self._reference.by_raycast
         return settings.smooth_distance if by_raycast else settings.sample_distance
 
@@ -166,7 +177,8 @@ class ReferenceWork(QObject):
         before, self._volume, self._scene = self._volume, volume, scene
         is_new = before is None or volume.voxels is not before.voxels
         if is_new:
-            self._slow_lights = SlowLights()
+            known = self._preferences.volume(volume.fingerprint).light_seconds
+            self._light_seconds, self._loaded = dict(known), set()
             self._vtk_problem = ""
             self._is_first = self._reference not in self._scheduler.hidden
             self._first_rest.stop()
@@ -224,7 +236,7 @@ class ReferenceWork(QObject):
         self._state.start_light(None)
 
     def _take_settings(self) -> None:
-        self.wanted = self.choices.settings(self._scene, self._slow_lights.found)
+        self.wanted = self.choices.settings(self._scene, self._slow_lights)
         if self._volume is not None:
             self.preparation.want(self._builders.kernels(self._volume, self.wanted))
         self.settings = self._nearest(self.wanted)
@@ -270,15 +282,26 @@ class ReferenceWork(QObject):
         self._state.set_reach(self.reach, follow=self.fits_view)
 
     def _take_image(self, result: Result) -> None:
-        """Show a faster light in place of one that was not chosen and that takes too long."""
+        """Measure a light once; show a faster one instead of one that is automatic and slow."""
         lighting = self.settings.lighting
-        is_busy = bool(self.preparation.text)
-        seconds = self._slow_lights.judge(lighting, result, self._scheduler.raster, is_busy)
-        if seconds and self.choices.lighting == "auto" and self._scene is None:
+        seconds = quiet_seconds(lighting, result)
+        if seconds is not None and lighting not in self._light_seconds:
+            # With the first image, what draws it is loaded.
+            if lighting in self._loaded and not self.preparation.text:
+                self._note_seconds(lighting, seconds)
+            self._loaded.add(lighting)
+        self._take_first()
+
+    def _note_seconds(self, lighting: Lighting, seconds: float) -> None:
+        assert self._volume is not None
+        self._light_seconds[lighting] = seconds
+        known = dict(self._light_seconds)
+        self._preferences.note_volume(self._volume.fingerprint, light_seconds=known)
+        is_slow = lighting in self._slow_lights
+        if is_slow and self.choices.lighting == "auto" and self._scene is None:
             self.follow(None)
             if self.settings.lighting == "none":
                 self.lightWentOut.emit(seconds)
-        self._take_first()
 
     def _nearest(self, wanted: ReferenceSettings) -> ReferenceSettings:
         """Return the settings nearest to those wanted that can draw without compiling first."""

@@ -98,8 +98,9 @@ PlotScale = Literal["linear", "logarithmic"]
 class VolumeMemory:
     """Memory of one volume; None or empty for what the user has not chosen.
 
-    A session holds it without path and models. The layout of a headerless file and the choice of
-    a file of several volumes are as :meth:`RawLayout.parse` and :meth:`Choice.parse` read them.
+    A session holds it without path, models and seconds. The layout of a headerless file and the
+    choice of a file of several volumes are as :meth:`RawLayout.parse` and :meth:`Choice.parse` read
+    them.
     """
 
     path: str = ""
@@ -112,6 +113,8 @@ class VolumeMemory:
     lighting: LightingChoice = "auto"
     light: LightDirection | None = None
     brightness: Annotated[float, Meta(ge=0.25, le=32.0)] | None = None
+    light_seconds: dict[Lighting, float] = field(default_factory=dict)
+    """Seconds of an image in lights on this machine, by which one is chosen automatically."""
     crop: CropBox | None = None
     interpolates: bool | None = None  # whether there are values between voxels
     draws_missing: bool = False

@@ -126,6 +126,11 @@ class ViewNavigation(QObject):
         self.move_view(view)
         self.finish_view()
 
+    @property
+    def is_at_home(self) -> bool:
+        """Whether the view is the volume's home view."""
+        return self._view == self.home
+
     def reset_view(self) -> None:
         """Go to the volume's home view."""
         self.set_view(self.home)
@@ -153,7 +158,7 @@ class ViewNavigation(QObject):
         """
         if reach != self._reach:
             self._reach = reach
-            at_home = self._view == self.home and not self._view_moving
+            at_home = self.is_at_home and not self._view_moving
             self._home = self._upright_home()
             if follow and at_home:
                 self._look(self.home)
@@ -164,7 +169,7 @@ class ViewNavigation(QObject):
         axis_direction(up)
         if up == self._up_axis:
             return
-        at_home, angles = self._view == self.home, self.angles
+        at_home, angles = self.is_at_home, self.angles
         self._up_axis = up
         self._home = self._upright_home()
         if at_home:

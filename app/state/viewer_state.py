@@ -135,6 +135,11 @@ class ViewerState(ViewNavigation):
         names = (label.name for label in self._file.labels if isclose(label.value, value))
         return next(names, "")
 
+    @property
+    def label_numbers(self) -> Mapping[int, int] | None:
+        """See :attr:`FileFacts.label_numbers`."""
+        return self._file.label_numbers
+
     def value_text(self, value: float) -> str:
         """Write a value to within a bin of the TF; a label whole, or by its name."""
         text = value_text(value, self.scalar_range, self.scale)

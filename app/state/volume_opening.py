@@ -329,8 +329,9 @@ def _model_for(
 
 
 def _replacing(kept: VolumeMemory, memory: VolumeMemory) -> VolumeMemory:
-    """Return a session's memory with what it does not say: models, and a TF where it has none."""
-    return replace(memory, tf=memory.tf or kept.tf, models=kept.models)
+    """Return a session's memory with what it does not say, and a TF where it has none."""
+    of_machine = replace(memory, models=kept.models, light_seconds=kept.light_seconds)
+    return replace(of_machine, tf=memory.tf or kept.tf)
 
 
 class _Newest(QObject):

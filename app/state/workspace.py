@@ -269,6 +269,9 @@ class Workspace(QObject):
             brightness.start(memory.brightness)
         self._kept = opened.fingerprint
         self._keep(brightness=brightness.value)
+        if opened.volume.file.is_labels and memory.interpolates is None:
+            # The same voxels are labels in a file that does not say so, too.
+            self._keep(interpolates=False)
         if asked.regions != memory.regions:
             self._keep_regions()
         return memory

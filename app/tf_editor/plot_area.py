@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Literal, cast
 
@@ -30,7 +30,7 @@ from app.tf_editor.unit_axis import OpacityScale, ScalarAxis
 from model.scene.transfer_function import Range
 from model.scene.value_scale import ValueScale
 
-LEFT_MARGIN, RIGHT_MARGIN, TOP_MARGIN = 36, 50, 8
+LEFT_MARGIN, RIGHT_MARGIN, TOP_MARGIN = 36, 54, 8
 """Room next to the plots for their numbers, and above them, in pixels."""
 
 STRIP_HEIGHT, PINS_HEIGHT, LABELS_HEIGHT = 14, 14, 20
@@ -45,7 +45,7 @@ Side = Literal["left", "bottom", "right"]
 LABEL_PIXELS = 11  # height of the numbers' type
 LABEL_GAP = 7  # pixels between a number and the plot at its side
 APART = 14  # least distance of two numbers from one another, in pixels
-NEAR_GAP = 4  # pixels between the plot and a number at its right, where little room is left
+NEAR_GAP = 8  # pixels between the plot and a number at its right, where little room is left
 OVERHANG = 44  # pixels by which numbers at the ends may reach beyond the plot
 
 # Its own events of a hovering mouse, which nothing here takes, cost as much as a drag.
@@ -64,6 +64,7 @@ class PlotData:
     data_range: Range
     units: str = ""
     scale: ValueScale = "linear"
+    numbers: Mapping[int, int] | None = None  # see :class:`ScalarAxis`
 
 
 class PlotArea(QObject):
@@ -239,7 +240,8 @@ class PlotArea(QObject):
         self.histogram.set_data(data.counts, data.edges)
         title = "Scalar value, logarithmic" if data.scale == "log" else "Scalar value"
         self._values.setToolTip(f"{title} ({data.units})" if data.units else title)
-        self.set_axis(ScalarAxis.over(data.data_range, self.axis.scale != "linear", data.scale))
+        is_logarithmic = self.axis.scale != "linear"
+        self.set_axis(ScalarAxis.over(data.data_range, is_logarithmic, data.scale, data.numbers))
 
     def set_axis(self, axis: ScalarAxis) -> None:
         """Show other values, or on another scale."""
@@ -266,7 +268,8 @@ class PlotArea(QObject):
         hi = max(self.data_range[1], scalar_range[1])
         if (lo, hi) != self.axis.full:
             everything = self.axis.visible == self.axis.full
-            axis = ScalarAxis.over((lo, hi), self.axis.scale != "linear", self.axis.labels)
+            axis = self.axis
+            axis = ScalarAxis.over((lo, hi), axis.scale != "linear", axis.labels, axis.numbers)
             self.set_axis(axis if everything else axis.showing(self.axis.visible))
 
     def draw(

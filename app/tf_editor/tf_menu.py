@@ -387,9 +387,8 @@ class TransferFunctionMenu(QObject):
 
     def set_logarithmic(self, logarithmic: bool) -> None:
         """Spread the values over the plot by their logarithm, or evenly."""
-        self._area.set_axis(
-            ScalarAxis.over(self._area.axis.full, logarithmic, self._area.axis.labels)
-        )
+        axis = self._area.axis
+        self._area.set_axis(ScalarAxis.over(axis.full, logarithmic, axis.labels, axis.numbers))
 
     def _set_range(self, scalar_range: Range) -> None:
         self._layer.set_range(scalar_range)

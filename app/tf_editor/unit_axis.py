@@ -7,6 +7,7 @@ very small range, or of a range far from zero.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -42,16 +43,22 @@ class ScalarAxis:
     full: Range  # everything that the axis may have to show
     scale: Scale = "linear"
     labels: ValueScale = "linear"
+    numbers: Mapping[int, int] | None = None
+    """The file's numbers of whole values, where they differ; None where values are not whole."""
 
     @classmethod
     def over(
-        cls, full: Range, logarithmic: bool = False, labels: ValueScale = "linear"
+        cls,
+        full: Range,
+        logarithmic: bool = False,
+        labels: ValueScale = "linear",
+        numbers: Mapping[int, int] | None = None,
     ) -> ScalarAxis:
         """Return an axis that shows all of a range."""
         scale: Scale = "linear"
         if logarithmic and labels == "linear":
             scale = "log" if full[0] > 0 else "symlog"
-        return cls(full, full, scale, labels)
+        return cls(full, full, scale, labels, numbers)
 
     def showing(self, visible: Range) -> ScalarAxis:
         """Return an axis of the same scale that shows other values, moved to lie within `full`."""
@@ -114,6 +121,8 @@ class ScalarAxis:
     def marks(self, unit: str = "") -> list[tuple[float, str]]:
         """Return both ends of what is visible, and round values between them: places and texts."""
         lo, hi = values_at(self.visible, self.labels).tolist()
+        if self.numbers is not None and math.floor(hi) > math.ceil(lo):
+            return self._whole_marks(math.ceil(lo), math.floor(hi), unit)
         # To some ten-thousandth of what is visible: more digits would only be noise.
         step = 10.0 ** math.floor(math.log10((hi - lo) / 10_000))
         digits = max(6, 4 + math.floor(math.log10(max(abs(lo), abs(hi)) / (hi - lo))))
@@ -124,6 +133,15 @@ class ScalarAxis:
         inner = [(at, text) for at, text in self.ticks(9) if 0 < at < 1]
         found = [(0.0, ends[0]), *inner, (1.0, f"{ends[1]} {unit}".rstrip())]
         return [(at, text.replace("-", MINUS)) for at, text in found]
+
+    def _whole_marks(self, first: int, last: int, unit: str) -> list[tuple[float, str]]:
+        """Return the first and the last label that is visible, and some between them."""
+        assert self.numbers is not None
+        step = max(int(_round_step((last - first) / 9)), 1)
+        chosen = [first, *range((first // step + 1) * step, last, step), last]
+        texts = [f"{self.numbers.get(each, each)}".replace("-", MINUS) for each in chosen]
+        texts[-1] = f"{texts[-1]} {unit}".rstrip()
+        return [(self.place(each), text) for each, text in zip(chosen, texts, strict=True)]
 
     def _decades(self) -> list[tuple[float, str]]:
         """Zero and powers of ten, then 2 and 5 times those, as far as there is room."""
@@ -166,13 +184,17 @@ def ticks(
     if scale == "log":
         return logarithmic_ticks(scalar_range, count)
     lo, hi = scalar_range
-    rough = (hi - lo) / count
-    power = 10.0 ** math.floor(math.log10(rough))
-    step = power * min(s for s in _ROUND_STEPS if s * power >= 0.999 * rough)
+    step = _round_step((hi - lo) / count)
     numbers = np.arange(math.ceil(lo / step - 1e-9), math.floor(hi / step + 1e-9) + 1)
     # Enough digits to distinguish adjacent ticks, even far from zero.
     digits = max(6, 3 + math.floor(math.log10(max(abs(lo), abs(hi)) / step)))
     return [((float(n * step) - lo) / (hi - lo), _text(n * step, digits)) for n in numbers]
+
+
+def _round_step(rough: float) -> float:
+    """Return the least round number that is about as large as another."""
+    power = 10.0 ** math.floor(math.log10(rough))
+    return power * min(s for s in _ROUND_STEPS if s * power >= 0.999 * rough)
 
 
 def _text(value: float, digits: int) -> str:

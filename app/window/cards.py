@@ -8,7 +8,7 @@ from dataclasses import replace
 from functools import partial
 
 from PySide6.QtCore import QEvent, QObject, QSignalBlocker, QSize, Qt, Signal
-from PySide6.QtGui import QIcon, QImage
+from PySide6.QtGui import QHideEvent, QIcon, QImage
 from PySide6.QtWidgets import (
     QApplication,
     QGridLayout,
@@ -92,6 +92,7 @@ class EmptyCard(Card):
 
 ICON, PICTURE = 40, 200  # sides of the pictures on the buttons, and next to the mouse, in pixels
 TF_REST_MS = 300  # pause after an edit of the TF until the pictures follow it
+UNUSED_MS = 15_000  # time after which the question goes, unless the mouse is over it
 
 
 class UpAxisCard(Card):
@@ -104,6 +105,8 @@ class UpAxisCard(Card):
         self._buttons: dict[str, QToolButton] = {}
         self._lay_out()
         self._rest = Pause(self, TF_REST_MS, self._ask_for_pictures)
+        self._unused = Pause(self, UNUSED_MS, self._go)
+        self._state.viewChangeFinished.connect(self._follow_view)
         self._state.navigationChanged.connect(self._follow)
         self._state.tf_input.changeFinished.connect(lambda _tf: self._rest.start())
         # An analyst that was started anew knows of no question.
@@ -117,6 +120,32 @@ class UpAxisCard(Card):
             button.setCheckable(axis == present)
             button.setChecked(axis == present)
         self.show()
+        self._ask_for_pictures()
+        self._unused.start()
+
+    def ask_again(self) -> None:
+        """Show the question, whatever was answered."""
+        self.ask(self._state.up_axis)
+
+    def _follow_view(self) -> None:
+        if not self._state.is_at_home:
+            self._go()
+
+    def _go(self) -> None:
+        """Leave the image to a user who does something else; View > Up asks again."""
+        if not self.underMouse():
+            self.hide()
+
+    def leaveEvent(self, event: QEvent) -> None:
+        """Begin to wait anew."""
+        super().leaveEvent(event)
+        self._unused.start()
+
+    def hideEvent(self, event: QHideEvent) -> None:
+        """Wait no more, and draw no pictures."""
+        super().hideEvent(event)
+        self._unused.stop()
+        self._pictures.stop_tracing()
 
     def button(self, axis: str) -> QToolButton:
         """Return an axis' button."""
@@ -156,11 +185,12 @@ class UpAxisCard(Card):
         if opened is None:
             return
         known = opened.volume.up or self._remembered(opened.fingerprint)
-        if known or opened.path.absolute() in {p.absolute() for p in shipped_volumes()}:
+        # Who has turned it before has seen the question.
+        is_known = bool(known) or not self._state.is_at_home
+        if is_known or opened.path.absolute() in {p.absolute() for p in shipped_volumes()}:
             self.hide()
             return
-        self.ask(self._state.up_axis)
-        self._ask_for_pictures()
+        self.ask_again()
 
     def _remembered(self, fingerprint: str) -> str:
         return self._context.preferences.volume(fingerprint).up_axis
@@ -188,7 +218,6 @@ class UpAxisCard(Card):
 
     def _remember(self) -> None:
         opened = self._workspace.opened
-        self._pictures.stop_tracing()
         if opened is not None:
             self.hide()
             self._context.preferences.note_volume(opened.fingerprint, up_axis=self._state.up_axis)

@@ -426,7 +426,7 @@ def _empty(look: FigureLook) -> QImage:
     image = QImage(look.width, look.height, kind)
     if image.isNull():
         raise RenderError(
-            f"A picture of {look.width} x {look.height} pixels does not fit into the memory; "
+            f"A picture of {look.width} × {look.height} pixels does not fit into the memory; "
             "choose a smaller one."
         )
     if look.background is None:

@@ -17,6 +17,7 @@ from PySide6.QtWidgets import (
     QFormLayout,
     QHBoxLayout,
     QLabel,
+    QListView,
     QSpinBox,
     QVBoxLayout,
     QWidget,
@@ -227,11 +228,16 @@ class FigureDialog(QDialog):
         row = max(self.size_box.currentIndex(), 0)
         width, height = self._present = self._within(*self._sizes[self.which_box.currentData()])
         self.size_box.clear()
+        rows = self.size_box.view()
+        assert isinstance(rows, QListView)
         self.size_box.addItem(f"As shown: {width} × {height}", self._present)
         for side in LONGER_SIDES:
             scale = side / max(width, height)
             size = self._within(round(width * scale), round(height * scale))
             self.size_box.addItem(f"{size[0]} × {size[1]}", size)
+            # What is listed already is not seen twice.
+            is_twice = self.size_box.findData(size) < self.size_box.count() - 1
+            rows.setRowHidden(self.size_box.count() - 1, is_twice)
         self.size_box.addItem(_OWN_SIZE, None)
         if row == self.size_box.count() - 1:
             self._take_side(self.width_box, 0)

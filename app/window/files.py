@@ -62,6 +62,7 @@ class Files(QObject):
         self._raw_layout: tuple[Path, RawLayout] | None = None
         self._choice: tuple[Path, Choice] | None = None
         self._model_awaited: Path | None = None
+        self._replaced: Path | None = None  # volume that a model's own takes the place of
         self._slow = Pause(self, SLOW_MS, self._offer_cancel)
         self._reading = ""
 
@@ -156,6 +157,8 @@ class Files(QObject):
         if check.problem or volume is None or self._is_open(check):
             self.open_model(folder)
         else:
+            opened = self._workspace.opened
+            self._replaced = None if opened is None else opened.path
             self.open_volume(volume, model=folder)
 
     def open_transfer_function(self, path: Path) -> None:
@@ -267,9 +270,14 @@ class Files(QObject):
         if opened is not None and (self._choice is None or self._choice[0] != opened.path):
             self.ask_for_content()
         folder, self._model_awaited = self._model_awaited, None
+        before, self._replaced = self._replaced, None
         if folder is not None and folder == self._workspace.model.folder:
             # The file that was opened with it may not be its volume any more.
             self._offer_volume(self._workspace.library.check_model(folder))
+            if before is not None and opened is not None:
+                text = f"{opened.volume.name} was opened because the model was trained on it."
+                back = Action(f"Back to {before.name}", partial(self.open_volume, before))
+                self._notices.add(text, back, key=VOLUME_OFFER)
 
     def _offer_volume(self, check: ModelCheck) -> None:
         self._notices.clear(VOLUME_OFFER)

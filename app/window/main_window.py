@@ -301,7 +301,14 @@ class MainWindow(WindowParts):
 
 def _plot_data(opened: OpenedVolume) -> PlotData:
     volume = opened.volume
-    return PlotData(opened.counts, opened.edges, volume.data_range, volume.units, volume.scale)
+    return PlotData(
+        opened.counts,
+        opened.edges,
+        volume.data_range,
+        volume.units,
+        volume.scale,
+        volume.file.label_numbers,
+    )
 
 
 def _first_in(area: QWidget) -> QWidget | None:

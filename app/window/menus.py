@@ -225,9 +225,13 @@ class Menus:
         self._add(menu, "Save sess&ion…", window.sessions.ask_and_save, "Ctrl+Alt+S")
         self._add_recent(menu, "sessions")
         menu.addSeparator()
-        settings = lambda: SettingsDialog(window.context, window.overlays).open()  # noqa: E731
-        self._add(menu, "Se&ttings…", settings, "Ctrl+,")
+        self._add(menu, "Se&ttings…", self._show_settings, "Ctrl+,")
         self._add(menu, "&Quit", window.close, "Ctrl+Q")
+
+    def _show_settings(self) -> None:
+        window = self._window
+        actions = window.top_bar.menu_bar.actions()
+        SettingsDialog(window.context, window.overlays, actions).open()
 
     def _fill_view(self, menu: QMenu) -> None:
         window, state, panes = self._window, self._window.state, self._window.panes
@@ -235,6 +239,8 @@ class Menus:
 
         def draws_missing() -> bool:
             return workspace.opened is not None and workspace.opened.volume.draws_missing
+
+        has_volume = lambda: workspace.opened is not None  # noqa: E731
 
         def has_missing() -> bool:
             return workspace.opened is not None and workspace.opened.has_missing
@@ -250,7 +256,10 @@ class Menus:
         for number, name in enumerate(STANDARD_VIEWS, start=1):
             self._add(sides, name, partial(state.look_from, name), f"Ctrl+{number}")
         axes = {axis: axis.replace("-", "−") for axis in AXES}
-        self._add_choices(menu.addMenu("U&p"), axes, lambda: state.up_axis, state.set_up_axis)
+        up = menu.addMenu("U&p")
+        self._add_choices(up, axes, lambda: state.up_axis, state.set_up_axis)
+        up.addSeparator()
+        self._add(up, "By &pictures…", window.up_axis_card.ask_again, is_there=has_volume)
         self._add(
             menu, "&Free rotation", lambda: state.set_trackball(not state.trackball),
             "Ctrl+Shift+T", is_on=lambda: state.trackball,

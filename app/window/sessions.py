@@ -77,6 +77,7 @@ class Sessions(QObject):
             self._preferences.volume(opened.fingerprint),
             path="",
             models=(),
+            light_seconds={},
             tf=context.state.transfer_function,
             view=inputs.view,
             **{name: each.value for name, each in context.state.edited.items()},
@@ -129,7 +130,7 @@ class Sessions(QObject):
     def _keep_before(self, path: Path, opened: OpenedVolume, known: VolumeMemory) -> bool:
         """Write what is remembered of a volume to a session; return whether that was done."""
         assert self._awaited is not None
-        memory = replace(known, path="", models=(), tf=known.tf or opened.default)
+        memory = replace(known, path="", models=(), light_seconds={}, tf=known.tf or opened.default)
         is_new = known.tf is None and not known.path
         is_same = memory == self._awaited[1].content.memory
         if self._before_path in (None, path) or is_new or is_same:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, get_args
 
 from PySide6.QtCore import QObject
@@ -31,13 +31,26 @@ THEMES: dict[ThemeChoice, str] = {"system": "As the system", "dark": "Dark", "li
 
 WIDTH = 680  # of the dialog, in pixels
 
+OTHERS = (
+    "light and brightness at the top right",
+    "speed and accuracy at the slider fast – exact",
+    "transfer function presets and colour maps below the images",
+    "range, axis and logarithmic scale in the menu ⋯ below the images",
+)
+"""Settings that are not in menus, and where they are."""
+
+MOST_OTHERS = 4  # that are named at once
+
 
 class SettingsDialog(QDialog):
     """Shows the settings in groups; each applies at once."""
 
-    def __init__(self, context: Context, overlays: Overlays) -> None:
+    def __init__(
+        self, context: Context, overlays: Overlays, actions: Sequence[QAction] = ()
+    ) -> None:
         super().__init__(context.window)
         self._context, self._overlays = context, overlays
+        self._elsewhere = [*OTHERS, *_paths(actions)]
         self.setWindowTitle("Settings")
         self.search = QLineEdit()
         self.search.setPlaceholderText("Search")
@@ -49,13 +62,14 @@ class SettingsDialog(QDialog):
         self._form.setVerticalSpacing(8)
         self._form.setHorizontalSpacing(16)
         self._rows: list[tuple[QWidget, str, QLabel]] = []
-        self._nothing = label("No setting has these words.", "dim")
+        self._others = label("", "dim")
+        self._others.setWordWrap(True)
         for title, settings in self._groups().items():
             group = label(title, "title")
             self._form.addRow(group)
             for name, control, explanation in settings:
                 self._add(group, name, control, explanation)
-        parts = self.search, self._nothing, self._form, 0, close_box(self)
+        parts = self.search, self._others, self._form, 0, close_box(self)
         fill(QVBoxLayout(self), *parts, margins=(16, 14, 16, 14), spacing=12)
         self._filter("")
         # What is filtered out leaves room, so that the field stays where it is.
@@ -113,7 +127,7 @@ class SettingsDialog(QDialog):
         self._rows.append((row, " ".join(texts).lower(), group))
 
     def _filter(self, text: str) -> None:
-        """Show the rows that have all of some words, and the titles of their groups."""
+        """Show the rows and titles of groups that have all of some words; say what is elsewhere."""
         words = text.lower().split()
         shown: set[QLabel] = set()
         for row, texts, group in self._rows:
@@ -122,7 +136,11 @@ class SettingsDialog(QDialog):
             shown |= {group} if fits else set()
         for _, _, group in self._rows:
             self._form.setRowVisible(group, group in shown)
-        self._nothing.setVisible(not shown)
+        others = [each for each in self._elsewhere if all(word in each.lower() for word in words)]
+        said = f"Elsewhere in the window: {', '.join(others[:MOST_OTHERS])}."
+        nothing = "" if shown else "Nothing has these words."
+        self._others.setText(said if words and others else nothing)
+        self._others.setVisible(bool(self._others.text()))
 
     def _forget(self, button: QPushButton) -> None:
         for kind in get_args(RecentKind):
@@ -148,6 +166,17 @@ def apply_single_keys(window: QObject, are_on: bool) -> None:
         if any(len(key) == 1 for key in keys):
             action.setProperty("keys", keys)
             action.setShortcuts([QKeySequence(key) for key in keys if are_on or len(key) > 1])
+
+
+def _paths(actions: Sequence[QAction], before: str = "") -> Iterator[str]:
+    """Yield the entries of menus as "View > Interpolate"."""
+    for action in actions:
+        path = before + action.text().replace("&", "").rstrip("…")
+        menu = action.menu()
+        if menu is not None:
+            yield from _paths(menu.actions(), f"{path} > ")  # type: ignore[attr-defined]
+        elif before and action.text() and action.isVisible():
+            yield path
 
 
 def _list(texts: Mapping[Any, str], present: object, choose: Callable[[Any], object]) -> QComboBox:

@@ -121,7 +121,9 @@ class ContentsDialog(QDialog):
         table.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
         for row, content in enumerate(contents):
             size = readable_size(content.nbytes) if content.nbytes else ""
-            words = (content.name, times(content.dimensions), content.scalar_type, size)
+            words = (
+                content.name, _crossed(times(content.dimensions)), content.scalar_type, size,
+            )  # fmt: skip
             for place, word in enumerate(words):
                 item = QTableWidgetItem(word)
                 item.setToolTip(word)
@@ -165,7 +167,13 @@ def _size_label(contents: list[Content]) -> QLabel:
     """Return a line on how many there are, and how large each is."""
     first = contents[0]
     size = readable_size(first.nbytes)
-    return label(f"{len(contents)} of {times(first.dimensions)} voxels, {size} each", "dim")
+    voxels = _crossed(times(first.dimensions))
+    return label(f"{len(contents)} of {voxels} voxels, {size} each", "dim")
+
+
+def _crossed(text: str) -> str:
+    """Return a text with the sign of the window between dimensions."""
+    return text.replace(" x ", " × ")
 
 
 class PropertiesDialog(QDialog):
@@ -209,6 +217,7 @@ class PropertiesDialog(QDialog):
                 form.addRow(self.problem)
             if name in ("spacing", "z is drawn"):
                 continue
+            text = text if name == "file" else _crossed(text)
             value = QLabel(text, textFormat=Qt.TextFormat.PlainText, wordWrap=True)
             by = Qt.TextInteractionFlag
             value.setTextInteractionFlags(by.TextSelectableByMouse | by.TextSelectableByKeyboard)

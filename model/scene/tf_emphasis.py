@@ -31,6 +31,7 @@ STEP = 2.0  # factor of the opacity by `raise_value`, and divisor by `lower_valu
 DARK = 10  # lightness in CIELAB (0 to 100) up to which a colour counts as background
 LEAST_RAISE = 0.05  # opacity of the mode that `raise_value` adds
 TINY = 1e-12
+TAIL = 1.5  # widths from its mean within which a mode is isolated as it is: to a tenth of it
 
 
 def add_mode(opacity: OpacityTF, value: float, width: float, height: float) -> OpacityTF:
@@ -137,7 +138,8 @@ def isolate_value(opacity: OpacityTF, value: float, width: float, reach: Range) 
     middle, half = (low + high) / 2, (high - low + width) / (2 * math.sqrt(math.log(2)))
     kept = [
         mode
-        if low - width <= mode.mean - mode.width and mode.mean + mode.width <= high + width
+        if low - width <= mode.mean - TAIL * mode.width
+        and mode.mean + TAIL * mode.width <= high + width
         else _windowed(mode, middle, half)
         for mode in opacity.modes
     ]

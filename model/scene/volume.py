@@ -43,6 +43,7 @@ class Label:
     value: int
     name: str = ""
     color: tuple[float, float, float] | None = None  # red, green and blue, 0 to 1
+    number: int | None = None  # the file's, where the value is another
 
 
 @dataclass(frozen=True)
@@ -57,6 +58,12 @@ class FileFacts:
     is_labels: bool = False  # whether the file says that values are labels, nothing between them
     labels: tuple[Label, ...] = ()  # those that the file names or colours
     stretch: float = 1.0  # factor by which z is drawn longer than the file says: units may differ
+
+    @property
+    def label_numbers(self) -> dict[int, int] | None:
+        """The file's numbers of labels by their values, where they differ; None for no labels."""
+        own = {each.value: each.number for each in self.labels if each.number is not None}
+        return own if self.is_labels else None
 
 
 Triple = tuple[float, float, float]

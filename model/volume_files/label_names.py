@@ -91,7 +91,8 @@ def told_apart(grid: Grid) -> Grid:
     named = []
     for number, value in enumerate(found.tolist(), start=first):
         own = labels.get(int(value), Label(int(value)))
-        named.append(replace(own, value=number, name=f"{value:g} {own.name}".rstrip()))
+        name = f"{value:g} {own.name}".rstrip()
+        named.append(replace(own, value=number, name=name, number=int(value)))
     last = first + len(found) - 1
     note = (
         f"The labels, up to {found[-1]:g}, are numbered {first} to {last} in their order; each has "

@@ -102,6 +102,7 @@ class FakeEngine:
             by_raycast=self.by_raycast,
             is_preview=request.quality.live,
             error=self.image_error,
+            quiet_seconds=seconds,
         )
 
     def trade(self, request, watch=UNWATCHED):

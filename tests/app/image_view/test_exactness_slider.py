@@ -106,7 +106,7 @@ def test_all_stops_are_measured_while_it_is_open(qtbot, make_window, builders):
     assert time.text().endswith(" / s") and error.text()
     assert rest.text() == ".1 voxel steps"
     assert popover.rows["exact"][2].text() == ".05 voxel steps"
-    assert f"{whole.width} x {whole.height} pixels" in popover.status.text()
+    assert f"{whole.width} × {whole.height} pixels" in popover.status.text()
     # Each stop has the finest image that it has time for, or the fastest.
     seconds = [0.005, 0.02, 0.06, 0.11, 0.3, 0.5]
     trade.found = tuple(

@@ -9,7 +9,7 @@ from rested_window import open_volume
 from app.image_view.orientation_cube import OrientationCube
 from app.window.cards import CropCard
 from model.scene.crop import CropBox
-from model.scene.view import AXES
+from model.scene.view import AXES, View
 from model.volume_files.shipped import shipped_volumes
 
 LEFT, PLAIN = Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier
@@ -150,6 +150,14 @@ def test_it_is_asked_once_with_pictures(qtbot, make_window, builders):
         open_volume(qtbot, window, "ramp")
         open_volume(qtbot, window, name)
         assert bar.isHidden() and window.state.up_axis == axis
+    # It goes when the volume is turned, and after a while; the menu brings it back.
+    window.up_axis_card.ask_again()
+    window.state.set_view(View(azimuth=77.0))
+    assert bar.isHidden()
+    window.up_axis_card.ask_again()
+    assert bar.isVisible()
+    window.up_axis_card._unused.timeout.emit()
+    assert bar.isHidden()
 
 
 def test_a_window_without_a_volume_offers_some(qtbot, make_window, builders):

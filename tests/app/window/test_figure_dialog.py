@@ -34,6 +34,7 @@ def test_each_of_what_it_may_show_has_its_proportions(qtbot):
     dialog = FigureDialog(sizes, FigureChoice(0, 0, legend=True, scale_bar=True, which="both"))
     qtbot.addWidget(dialog)
     assert dialog.choice() == FigureChoice(1454, 720, (0, 0, 0), True, True, "both")
+    rows, box = dialog.size_box.view(), dialog.size_box
     choose(dialog, "size_box", "1024")
     for text, which, size in (
         ("Generator", "generator", (1024, 1024)),
@@ -42,6 +43,8 @@ def test_each_of_what_it_may_show_has_its_proportions(qtbot):
         choose(dialog, "which_box", text)
         choice = dialog.choice()
         assert (choice.which, choice.width, choice.height) == (which, *size)
+        listed = [box.itemData(n) for n in range(box.count()) if not rows.isRowHidden(n)]
+        assert len(listed) == len(set(listed))
     # An own width stays, with the height of these proportions.
     dialog.width_box.setValue(2000)
     choose(dialog, "which_box", "Difference")

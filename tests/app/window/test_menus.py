@@ -3,8 +3,9 @@ from pathlib import Path
 import pytest
 from fake_models import make_model
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QCheckBox, QComboBox, QPushButton
+from PySide6.QtWidgets import QCheckBox, QComboBox, QLabel, QPushButton
 from ramp import make_volume
+from rested_window import notice_buttons
 
 from app.state import library
 from app.window.menus import menu_names
@@ -47,6 +48,7 @@ def test_a_shipped_network_opens_with_its_volume(qtbot, make_window, builders, s
     qtbot.waitUntil(lambda: bool(builders.generators))
     qtbot.waitUntil(lambda: window.workspace.is_settled)
     assert [path.name for path in opened] == ["ramp.nrrd"]
+    assert "ramp was opened" in window.notice.text and "Back to other" in notice_buttons(window)
     assert visible(menu) == ["Ramp, no light", "Open model…", "Close the model", "Recent models"]
     assert menu.actions()[0].isChecked()
 
@@ -79,6 +81,10 @@ def test_settings_are_found_by_words_and_apply_at_once(qtbot, make_window):
     for words, expected in (("ray caster", ["Renderer"]), ("512", ["Image size"]), ("xyz", [])):
         dialog.search.setText(words)
         assert dialog.found == expected
+    for word in ("interpolate", "brightness"):
+        dialog.search.setText(word)
+        said = " ".join(each.text() for each in dialog.findChildren(QLabel) if each.isVisible())
+        assert {"interpolate": "View > Interpolate", "brightness": "top right"}[word] in said
     dialog.search.setText("")
     assert dialog.found == everything
     boxes = {b.accessibleName(): b for b in dialog.findChildren(QComboBox)}

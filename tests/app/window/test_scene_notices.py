@@ -52,8 +52,7 @@ def draw_slowly(self, request, watch=UNWATCHED):
 def test_a_light_that_goes_out_is_told_and_offered(qtbot, make_window, builders, monkeypatch):
     monkeypatch.setattr(FakeEngine, "image", draw_slowly)
     # Of the pixels of a first image, however large the pane.
-    monkeypatch.setattr(reference_choices, "SLOW_LIGHT_S", 0.01)
-    monkeypatch.setattr(reference_choices, "SLOW_SOFT_S", -1.0)
+    monkeypatch.setattr(reference_choices, "SLOW_S", {"direct": 0.01, "soft": 1e-9})
     window = make_window(model=None)
     builders.volumes["other"] = make_volume()
     notice, work = window.notice, window.workspace.reference

@@ -24,7 +24,7 @@ def test_what_is_shown_is_chosen_at_first(qtbot):
     assert not dialog.open_button.isEnabled()
     table = dialog.tables["array"]
     words = [table.item(1, column).text() for column in range(4)]
-    assert words == ["ids", "5 x 6 x 7", "int64", "1.6 KiB"]
+    assert words == ["ids", "5 × 6 × 7", "int64", "1.6 KiB"]
 
     dialog.tables["array"].setCurrentCell(1, 0)
     dialog.boxes["channel"].setCurrentIndex(2)

@@ -7,7 +7,6 @@ from window_fakes import PATIENCE_S
 from app.engines.engines import REAL_BUILDERS
 from app.image_view.picture import BLACK
 from app.state import reference_work
-from app.state.reference_choices import SlowLights
 from app.window.figure import FigureChoice
 from model.errors import CannotDrawError
 from model.rendering import opengl, vtk_renderer
@@ -20,14 +19,6 @@ from model.scene.view import View
 CHOICE = FigureChoice(48, 32, BLACK)
 
 
-class SoftIsSlow(SlowLights):
-    """Finds soft light, which VTK has not, too slow from the start."""
-
-    def __init__(self):
-        super().__init__()
-        self.found = frozenset({"soft"})
-
-
 @pytest.fixture
 def real_reference(builders, monkeypatch):
     """Have the reference drawn in truth, with a graphics card, where soft light is too slow."""
@@ -38,7 +29,7 @@ def real_reference(builders, monkeypatch):
         renderer.close()
     monkeypatch.setattr(opengl, "opengl_name", lambda: "NVIDIA RTX A2000/PCIe/SSE2")
     monkeypatch.setattr(builders, "reference", REAL_BUILDERS.reference)
-    monkeypatch.setattr(reference_work, "SlowLights", SoftIsSlow)
+    monkeypatch.setattr(reference_work, "slow_lights", lambda _seconds: frozenset({"soft"}))
 
 
 def fail(*_, **__):

@@ -115,6 +115,7 @@ def test_numbers_too_large_for_a_tf_become_ranks_with_names(tmp_path):
     volume = read_volume(nifti(tmp_path / "parcels.nii", values))
     np.testing.assert_array_equal(volume.voxels, voxels((0, 1, 2, 3)))
     assert [label.name for label in volume.file.labels] == ["0", "17", "2035", "14175"]
+    assert volume.file.label_numbers == {0: 0, 1: 17, 2: 2035, 3: 14175}
     assert "numbered 0 to 3" in volume.notes[-1]
 
 
