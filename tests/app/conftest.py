@@ -6,6 +6,7 @@ import pytest
 from PySide6.QtCore import QCoreApplication, QEvent, QThread, QTimer
 from PySide6.QtWidgets import QApplication, QMessageBox
 from ramp import make_tf
+from rested_window import open_volume
 from shiboken6 import getAllValidWrappers
 from window_fakes import PATIENCE_S, FakeBuilders
 
@@ -96,3 +97,22 @@ def make_window(qtbot, builders):
         return window
 
     return make
+
+
+@pytest.fixture
+def window(make_window):
+    """A window without a model."""
+    return make_window(model=None)
+
+
+@pytest.fixture
+def start_again(qtbot, builders, tmp_path):
+    """Open a window as the next run would, on a volume."""
+
+    def start(volume="ramp"):
+        window = MainWindow(builders.make(), preferences=Preferences(tmp_path / "kept"))
+        qtbot.addWidget(window)
+        open_volume(qtbot, window, volume)
+        return window
+
+    return start

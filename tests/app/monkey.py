@@ -58,7 +58,6 @@ class UnreliableEngine(FakeEngine):
     calm = False
 
     def image(self, request, watch=UNWATCHED):
-        self._misbehave()
         # Nothing is kept of what was asked: memory is watched.
         self.requests.clear()
         self.threads.clear()
@@ -74,9 +73,6 @@ class UnreliableEngine(FakeEngine):
 
     def _wait_or_fail(self):
         self.others.clear()
-        self._misbehave()
-
-    def _misbehave(self):
         if self.calm:
             return
         chance = self.rng.random()

@@ -20,8 +20,7 @@ def shipped(builders, monkeypatch):
     monkeypatch.setattr(Library, "models_of", models_of)
 
 
-def test_a_volume_brings_its_shipped_model(qtbot, make_window, builders):
-    window = make_window(model=None)
+def test_a_volume_brings_its_shipped_model(qtbot, window, builders):
     assert len(builders.generators) == 1
     assert window.generator.canvas.image is not None
     open_volume(qtbot, window, "hill")

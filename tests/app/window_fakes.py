@@ -77,10 +77,7 @@ class FakeEngine:
         self.threads.append(threading.current_thread())
         self.requests.append(request)
         self.started.release()
-        if self.gate is not None:
-            assert self.gate.acquire(timeout=PATIENCE_S)
-        if self.error is not None:
-            raise self.error
+        self._wait_or_fail()
         pixels = request.quality.pixels
         if self.scene is not None:
             # A generator has a size of its own.

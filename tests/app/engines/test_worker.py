@@ -28,27 +28,17 @@ class Harness:
         self.results.append(result)
         self.receivers.append(threading.current_thread())
 
+    def wait_started(self):
+        assert self.engine.started.acquire(timeout=PATIENCE_S)
+
+    def begin(self):
+        """Have the first image drawn."""
+        self.worker.submit(make_request(1))
+        self.wait_started()
+
     def end(self, qtbot):
         act_until(qtbot, self.worker.finished, self.worker.stop)
         self.worker.join()
-
-
-def wait_started(engine):
-    assert engine.started.acquire(timeout=PATIENCE_S)
-
-
-def test_the_newest_request_wins(qtbot):
-    gate = threading.Semaphore(0)
-    harness = Harness(qtbot, FakeEngine(gate=gate))
-    harness.worker.submit(make_request(1))
-    wait_started(harness.engine)
-    for sequence in (2, 3, 4):
-        harness.worker.submit(make_request(sequence))
-    with qtbot.waitSignals([harness.worker.resultReady] * 2):
-        gate.release(2)
-    assert [r.request.sequence for r in harness.results] == [1, 4]
-    assert [r.sequence for r in harness.engine.requests] == [1, 4]
-    harness.end(qtbot)
 
 
 def test_a_stale_result_is_dropped(qtbot):
@@ -130,8 +120,7 @@ def visibility(sequence):
 def test_each_channel_has_a_slot_of_its_own_and_its_turn(qtbot):
     gate = threading.Semaphore(0)
     harness = Harness(qtbot, FakeEngine(gate=gate))
-    harness.worker.submit(make_request(1))
-    wait_started(harness.engine)
+    harness.begin()
     harness.worker.submit(visibility(2))
     harness.worker.submit(make_request(3))
     harness.worker.submit(visibility(4))
@@ -158,8 +147,8 @@ def test_images_become_better_until_there_is_a_newer_request(qtbot):
     harness.worker.submit(make_request(1))
     gate.release()
     qtbot.waitUntil(lambda: widths_of(harness) == [(1, 3)])
-    wait_started(harness.engine)
-    wait_started(harness.engine)
+    harness.wait_started()
+    harness.wait_started()
     # The second one is being drawn.
     harness.worker.submit(make_request(2))
     gate.release(10)
@@ -173,8 +162,7 @@ def test_images_become_better_until_there_is_a_newer_request(qtbot):
 def test_others_have_their_turn_while_images_become_better(qtbot, is_called_off, order):
     gate = threading.Semaphore(0)
     harness = Harness(qtbot, RefiningEngine([3, 6, 9], gate))
-    harness.worker.submit(make_request(1))
-    wait_started(harness.engine)
+    harness.begin()
     if is_called_off:
         harness.worker.abandon("images")
     harness.worker.submit(visibility(2))
@@ -199,8 +187,7 @@ class Endless(FakeEngine):
 @pytest.mark.parametrize("end", ["newer", "called off", "closed"])
 def test_what_is_replaced_or_called_off_or_of_a_closed_window_is_given_up(qtbot, end):
     harness = Harness(qtbot, Endless())
-    harness.worker.submit(make_request(1))
-    wait_started(harness.engine)
+    harness.begin()
     if end == "called off":
         harness.worker.abandon("images")
     if end != "closed":

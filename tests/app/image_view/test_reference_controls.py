@@ -81,8 +81,7 @@ def test_a_drag_is_one_undo_step_and_so_is_a_reset(qtbot, make_window):
     assert brightness.of("exact") == 4
 
 
-def test_the_kind_of_light_is_undone_among_the_edits(make_window):
-    window = make_window(model=None)
+def test_the_kind_of_light_is_undone_among_the_edits(window):
     reference, state = window.workspace.reference, window.state
     reference.choose(lighting="direct")
     state.light_input.set(LightDirection(40.0, 20.0))

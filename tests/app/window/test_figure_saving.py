@@ -1,7 +1,6 @@
 import threading
 
 import numpy as np
-import pytest
 from PySide6.QtGui import QGuiApplication, QImage
 from PySide6.QtWidgets import QDialog, QFileDialog
 from window_fakes import PATIENCE_S, FakeEngine
@@ -9,11 +8,6 @@ from window_fakes import PATIENCE_S, FakeEngine
 from app.engines.requests import SupersededError
 from app.window.figure import FigureChoice
 from app.window.figure_dialog import FigureDialog
-
-
-@pytest.fixture
-def window(make_window):
-    return make_window(model=None)
 
 
 def test_figures_are_saved_and_copied(qtbot, window, builders, tmp_path, monkeypatch):

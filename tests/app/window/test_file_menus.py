@@ -3,7 +3,6 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-import pytest
 from fake_models import make_model
 from ramp import make_tf, make_volume
 from rested_window import act_until, notice_buttons
@@ -14,11 +13,6 @@ from model.scene.scene import Scene
 from model.scene.transfer_function import ColorTF, OpacityTF, TransferFunction
 from model.volume_files import read_volume
 from model.volume_files.raw import RawLayout
-
-
-@pytest.fixture
-def window(make_window):
-    return make_window(model=None)
 
 
 def over(tf, lo, hi):

@@ -12,9 +12,7 @@ from ramp import make_tf, make_volume
 from rested_window import act_until, open_volume, settle
 
 from app.state import workspace
-from app.state.preferences import Preferences
 from app.state.viewer_state import HOME_VIEW
-from app.window.main_window import MainWindow
 from model.errors import CheckpointError, RenderError
 from model.scene.crop import CropBox
 from model.scene.scene import LightDirection, Scene
@@ -244,23 +242,20 @@ def test_the_light_is_moved_where_both_images_follow_it(qtbot, make_window, buil
     assert builders.generators[-1].requests[-1].inputs.light is None
 
 
-def test_each_volume_is_seen_in_the_light_that_it_was_given(qtbot, builders, tmp_path, monkeypatch):
+def test_each_volume_is_seen_in_the_light_that_it_was_given(
+    qtbot, start_again, builders, monkeypatch
+):
     light = LightDirection(50.0, -20.0)
     builders.volumes["other"] = Volume(make_volume("other").scalars[:, :, :3], name="other")
     builders.volumes["ramp 2"] = make_volume("ramp 2", 210.0)
     builders.volumes["ramp 3"] = make_volume("ramp 3", 220.0)
-
-    def start():
-        window = MainWindow(builders.make(), preferences=Preferences(tmp_path))
-        qtbot.addWidget(window)
-        return window
 
     def opened(window, name):
         act_until(qtbot, window.workspace.settled, window.workspace.opening.open, Path(name))
         return builders.settings[-1].lighting, window.state.light
 
     fresh, half = ("soft", LightDirection()), CropBox((0.5, 0.0, 0.0))
-    first = start()
+    first = start_again()
     assert opened(first, "ramp") == fresh
     first.workspace.reference.choose(lighting="soft")
     first.state.light_input.set(light)
@@ -273,7 +268,7 @@ def test_each_volume_is_seen_in_the_light_that_it_was_given(qtbot, builders, tmp
     first.state.start_light(light)
     assert first.brightness.value is None
     first.close()
-    second = start()
+    second = start_again()
     assert opened(second, "other") == fresh
     # A light is proposed only for a volume that was seen in none.
     traced = SimpleNamespace(lighting="path", angles=None)

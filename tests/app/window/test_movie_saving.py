@@ -22,10 +22,7 @@ def asked(monkeypatch):
 
     def picture(self, request, _is_wanted):
         requests.append(request)
-        if self.gate is not None:
-            assert self.gate.acquire(timeout=20)
-        if self.error is not None:
-            raise self.error
+        self._wait_or_fail()
         pixels = request.quality.pixels
         image = np.full((pixels.height, pixels.width, 4), 255, np.uint8)
         image[..., :3] = round(255 * request.inputs.view.azimuth / 360), 0, 0

@@ -9,8 +9,7 @@ from app.window.presets import save_own_preset
 from model.scene.ranges import stretch_to_range
 
 
-def test_each_preset_shows_the_volume_and_can_be_taken(qtbot, make_window, builders):
-    window = make_window(model=None)
+def test_each_preset_shows_the_volume_and_can_be_taken(qtbot, window, builders):
     menu, state = window.editor.menu.presets, window.state
     qtbot.waitUntil(lambda: window.workspace.is_settled)
     window.brightness.set(1.0)

@@ -3,8 +3,6 @@ from PySide6.QtWidgets import QFileDialog
 from ramp import make_tf, make_volume
 from rested_window import act_until, open_volume
 
-from app.state.preferences import Preferences
-from app.window.main_window import MainWindow
 from model.scene.crop import CropBox
 from model.scene.region import Outline
 from model.scene.view import View
@@ -17,19 +15,6 @@ def volume(tmp_path):
     """The file of the volume; what is read are the fake's."""
     (tmp_path / "ramp").touch()
     return tmp_path / "ramp"
-
-
-@pytest.fixture
-def open_window(qtbot, builders, volume, tmp_path):
-    """Open a window as the next run would, on the ramp."""
-
-    def opened():
-        window = MainWindow(builders.make(), preferences=Preferences(tmp_path / "kept"))
-        qtbot.addWidget(window)
-        act_until(qtbot, window.workspace.volumeStarted, window.workspace.opening.open, volume)
-        return window
-
-    return opened
 
 
 def change_all(window, tf):
@@ -56,8 +41,8 @@ def texts_of(window):
     return [text for text in window.notice.text.splitlines() if text]
 
 
-def test_all_comes_back(qtbot, open_window, builders, tmp_path):
-    window, path = open_window(), tmp_path / "a.tfscope"
+def test_all_comes_back(qtbot, start_again, builders, volume, tmp_path):
+    window, path = start_again(volume), tmp_path / "a.tfscope"
     other = make_tf(115.0)
     change_all(window, other)
     saved = window.sessions.session()
@@ -90,7 +75,7 @@ def test_all_comes_back(qtbot, open_window, builders, tmp_path):
     # And in the next run, over another volume.
     window.close()
     builders.volumes["other"] = make_volume("other", 300.0)
-    window = open_window()
+    window = start_again(volume)
     open_volume(qtbot, window, "other")
     assert "a.tfscope" not in window.windowTitle()
     open_session(qtbot, window, path)
@@ -98,9 +83,9 @@ def test_all_comes_back(qtbot, open_window, builders, tmp_path):
     assert window.preferences.recent("sessions") == [path]
 
 
-def test_what_is_not_as_it_was_is_told(qtbot, open_window, builders, volume, tmp_path, monkeypatch):
+def test_what_is_not_as_it_was_is_told(qtbot, start_again, builders, volume, tmp_path, monkeypatch):
     # A light that is not there.
-    window, path = open_window(), tmp_path / "a.tfscope"
+    window, path = start_again(volume), tmp_path / "a.tfscope"
     window.workspace.reference.choose(lighting="direct")
     window.sessions.save(path)
     path.write_text(path.read_text().replace('"lighting": "direct"', '"lighting": "shadows"'))

@@ -33,11 +33,6 @@ def test_what_is_shown_is_chosen_at_first(qtbot):
 
 
 @pytest.fixture
-def window(make_window):
-    return make_window(model=None)
-
-
-@pytest.fixture
 def several(window, monkeypatch):
     """Have volumes read of a file with three channels; what was asked for."""
     asked = []

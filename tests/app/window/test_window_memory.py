@@ -2,10 +2,8 @@ import pytest
 from PySide6.QtCore import QSize
 from ramp import make_tf, make_volume
 from rested_window import open_volume
-from window_fakes import FakeBuilders
 
-from app.state.preferences import Preferences, volume_file
-from app.window.main_window import MainWindow
+from app.state.preferences import volume_file
 from app.window.window_memory import first_size
 from model.scene.region import Outline
 
@@ -28,31 +26,13 @@ def test_it_opens_at_four_fifths_of_the_screen_within_limits(free, size):
     assert first_size(QSize(*free)) == QSize(*size)
 
 
-@pytest.fixture
-def builders():
-    builders = FakeBuilders()
+def test_tf_regions_and_the_plots_scales(qtbot, start_again, builders, tmp_path):
     builders.volumes["other"] = make_volume("other", 300.0)
-    return builders
-
-
-@pytest.fixture
-def open_window(qtbot, builders, tmp_path):
-    """Open a window as the next run would, on the ramp."""
-
-    def opened():
-        window = MainWindow(builders.make(), preferences=Preferences(tmp_path))
-        qtbot.addWidget(window)
-        open_volume(qtbot, window, "ramp")
-        return window
-
-    return opened
-
-
-def test_tf_regions_and_the_plots_scales(qtbot, open_window, builders, tmp_path):
-    damaged = tmp_path / "volumes" / f"{builders.volumes['ramp'].fingerprint[:32]}.json"
-    damaged.parent.mkdir()
+    kept = tmp_path / "kept"
+    damaged = kept / "volumes" / f"{builders.volumes['ramp'].fingerprint[:32]}.json"
+    damaged.parent.mkdir(parents=True)
     damaged.write_text("{}")
-    window = open_window()
+    window = start_again()
     # What is damaged is told, and begins anew.
     assert f"{damaged}: the file is damaged" in window.notice.text
     default = window.state.transfer_function
@@ -70,7 +50,7 @@ def test_tf_regions_and_the_plots_scales(qtbot, open_window, builders, tmp_path)
     wanted = asked.regions
     assert [one.name for one in wanted] == ["Region 1", "ribs"]
     open_volume(qtbot, window, "other")
-    assert volume_file(tmp_path, builders.volumes["other"].fingerprint).values.tf is None
+    assert volume_file(kept, builders.volumes["other"].fingerprint).values.tf is None
     assert window.state.scalar_range == (100.0, 300.0)
     assert asked.regions == () and asked.active is None
     # Numbers are of the volume.
@@ -94,7 +74,7 @@ def test_tf_regions_and_the_plots_scales(qtbot, open_window, builders, tmp_path)
     assert editor.area.axis == axis and editor.area.scale == scale
     assert fine.isChecked() and editor.menu._logarithmic.isChecked()
     window.close()
-    again = open_window()
+    again = start_again()
     assert again.state.transfer_function == make_tf(142.0)
     again.state.reset_transfer_function()
     assert again.state.transfer_function == default
