@@ -40,19 +40,14 @@ def main(arguments=None):
 
 def draw(path, out, size, samples):
     """Draw a volume as the window shows it first."""
-    _, view = at_home(path)
+    volume = read_volume(path)
+    shown = OpenedVolume.of(path, volume.over(robust_range(volume))).shown
+    front, up = axis_labelled("A", volume.axis_labels), volume.up or DEFAULT_UP
+    view = home_view(volume.proportions, up, front=front, points=shown)
     place = (view.azimuth, view.elevation, view.roll, view.distance, view.pan_x, view.pan_y)
     looks = {"view": ",".join(f"{number:.6g}" for number in place), "background": BACKGROUND}
     given = {"volume": path, "size": size, "samples": samples, "out": out, **looks}
     run(["render", "--lighting=path", *(f"--{name}={value}" for name, value in given.items())])
-
-
-def at_home(path):
-    """A volume as it is opened, and its home view in a square picture."""
-    volume = read_volume(path)
-    opened = OpenedVolume.of(path, volume.over(robust_range(volume)))
-    front, up = axis_labelled("A", volume.axis_labels), volume.up or DEFAULT_UP
-    return opened, home_view(volume.proportions, up, front=front, points=opened.shown)
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from tests.benchmarks import extremes, grid, motion, networks, path_light, renderers, sensitivity
+from tests.benchmarks import extremes, motion, networks, path_light, renderers, sensitivity
 
 
 @pytest.fixture(scope="module")
@@ -28,12 +28,6 @@ def test_a_drag_is_measured(small, capsys, qapp):
     for what in ("view", "handle"):
         motion.main([*small[:2], "--lighting", "none", "--seconds", "0.5", "--drag", what])
         assert f"{what} dragged" in capsys.readouterr().out
-
-
-@pytest.mark.slow
-def test_the_grid_is_compared_and_timed(small, capsys):
-    grid.main(small)
-    assert "ball" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(

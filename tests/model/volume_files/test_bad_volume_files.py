@@ -5,6 +5,7 @@ import os
 import re
 import struct
 import zlib
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -30,6 +31,7 @@ from model.volume_files import RawLayout, checks, read_volume
 
 ARRAY = voxels()
 FLAT = voxels(shape=(5, 7))
+SLICE = Path(__file__).parent / "cases" / "folder" / "gap" / "s0001.tif"
 
 
 def refusal(path, **options):
@@ -103,12 +105,6 @@ def tiff(pages, **options):
     return by(write_tiff, ".tif", pages, **options)
 
 
-def tag(path, page, code):
-    """A tag of a TIFF's page, as tifffile finds it."""
-    with tifffile.TiffFile(path) as file:
-        return file.pages[page].tags[code]
-
-
 def half_tiled(path):
     """Each page has a tile's width besides its strips."""
     path = tiff(ARRAY, extratags=[(60000, 3, 1, 16, True)])(path)
@@ -117,8 +113,17 @@ def half_tiled(path):
 
 def short_strip(path):
     path = tiff(ARRAY)(path)
-    strip = tag(path, 0, 279)
+    with tifffile.TiffFile(path) as file:
+        strip = file.pages[0].tags[279]
     return patched(path, {strip.offset + 8: ("<u4", 3)})
+
+
+def circular(path):
+    path = tiff(ARRAY)(path)
+    with tifffile.TiffFile(path) as file:
+        first, last = file.pages[0], file.pages[-1]
+        after = last.offset + 2 + 12 * len(last.tags)
+    return patched(path, {after: ("<u4", first.offset)})
 
 
 def named(name, content):
@@ -145,6 +150,7 @@ EMPTY_VTI = (
     b'WholeExtent="0 2 0 2 0 2" Origin="0 0 0" Spacing="1 1 1">'
     b'<Piece Extent="0 2 0 2 0 2"><PointData/><CellData/></Piece></ImageData></VTKFile>'
 ) + b" " * 99
+APPENDED = b"  <AppendedData encoding="
 COLORS = voxels(shape=(5, 7, 3))
 WITH_NAN = np.full((3, 4, 5), np.nan, np.float32)
 
@@ -271,6 +277,8 @@ BAD_FILES = {
     "vti without array": (named("a.vti", EMPTY_VTI), r"holds no values"),
     "vti format": (vti(b'"appended"', b'"appendix"', compressor="ZLib"),
         r"does not say where its values are"),
+    "vti appended twice": (vti(APPENDED, APPENDED + b'"raw">\n' + APPENDED, compressor="LZ4"),
+        r"underscore"),
     "vti cut": (vti(b"</VTKFile>", b""), r"closing tag is missing"),
     "vti many blocks": (vti_blocks([1 << 31, 32768, 420]), r"claims 2147483648 compressed blocks"),
     "vti long block": (vti_blocks([1, 32768, 420, 1 << 30]), r"blocks are longer than the file"),
@@ -282,6 +290,8 @@ BAD_FILES = {
     # Kinds that are not read.
     "tif half tiled": (half_tiled, r"damaged or foreign"),
     "tif complex": (tiff(ARRAY.astype("c8")), r"TIFF of complex64 voxels cannot be read here"),
+    "tif in a circle": (circular, r"circular reference"),
+    "tif of several": (lambda _: SLICE, r"one of the 10 slices in its folder, open the folder"),
     "tif pages differ": (tiff([FLAT, FLAT.T]), r"slices differ in size, type or storage"),
     "tif types differ": (tiff([FLAT, FLAT.astype("u1")]),
         r"slices differ in size, type or storage"),
@@ -377,6 +387,8 @@ FOLDERS = {
         lambda f: [write_tiff(f / f"{pages}.tif", [FLAT] * pages) for pages in (1, 2)],
         r"2\.tif: this slice of a stack has 2 pages"),
     "one slice": (lambda f: write_dicom(f, ARRAY[:1]), "flat image of 7 x 5 x 1"),
+    "colours": (lambda f: write_dicom(f, voxels("uint8"), SamplesPerPixel=3), "in colour"),
+    "n5": (lambda f: filled(f, attributes_json=b'{"n5": "4.0.0"}'), "N5 container.*OME-Zarr"),
 }  # fmt: skip
 
 
@@ -399,7 +411,7 @@ DICOM_CHANGES = {
     "compressed": (lambda d: d.replace(b"1.2.840.10008.1.2.1\0", b"1.2.840.10008.9.9.9\0"),
         r"pixels compressed as .*gdcmconv"),
     "same place": (lambda d: d.replace(b"10.0\\-20.0\\36.0", b"10.0\\-20.0\\30.0"),
-        r"lie at one position"),
+        r"one position \(000\.dcm and 002\.dcm\), and no field"),
 }  # fmt: skip
 
 

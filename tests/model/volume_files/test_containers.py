@@ -368,8 +368,3 @@ def test_a_column_is_said_and_seen(tmp_path, shape, size):
     for view in (inputs.view, replace(inputs.view, azimuth=300.0)):
         image = RaycastRenderer(volume).render(replace(inputs, view=view), 64)
         assert 0.03 < (image[..., 3] > 0.05).mean() < 0.3
-
-
-def test_an_n5_is_named(tmp_path):
-    (tmp_path / "attributes.json").write_text('{"n5": "4.0.0"}')
-    refused(tmp_path, "N5 container.*OME-Zarr")

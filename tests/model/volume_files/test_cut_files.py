@@ -7,7 +7,6 @@ from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 from volume_writers import (
     check,
-    patched,
     refused,
     voxels,
     write_dicom,
@@ -78,21 +77,6 @@ def test_a_dicom_slice_cut_anywhere_is_refused(tmp_path, share):
         refused(folder, r"005\.dcm")
     finally:
         path.write_bytes(whole)
-
-
-def test_tiff_directories_in_a_circle(tmp_path):
-    path = write_tiff(tmp_path / "a.tif", ARRAY)
-    with tifffile.TiffFile(path) as file:
-        first, last = file.pages[0], file.pages[-1]
-        after = last.offset + 2 + 12 * len(last.tags)
-    refused(patched(path, {after: ("<u4", first.offset)}), "circular reference")
-
-
-def test_appended_data_is_looked_for_where_vtk_finds_it(tmp_path):
-    path = write_vti(tmp_path / "a.vti", voxels(), compressor="LZ4")
-    line = b"  <AppendedData encoding="
-    path.write_bytes(path.read_bytes().replace(line, b'  <AppendedData encoding="raw">\n' + line))
-    refused(path, "underscore")
 
 
 def test_pixels_that_cannot_be_unpacked(tmp_path):

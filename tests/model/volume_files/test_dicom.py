@@ -377,14 +377,6 @@ def test_slices_are_ordered_by_their_location(tmp_path):
     check(volume, voxels("int16")[::-1], spacing=(0.5, 2, 2.5))
 
 
-def test_images_at_one_place_that_nothing_tells_apart(tmp_path):
-    places = [[0, 0, z] for z in (0, 1, 1, 2, 3, 4)]
-    refused(
-        write_dicom(tmp_path / "mr", voxels("int16"), positions=places),
-        r"one position \(001\.dcm and 002\.dcm\), and no field",
-    )
-
-
 PLACE = {"ImagePositionPatient": [1, 2, 3]}
 DOSE = {"DoseGridScaling": 0.001, "DoseUnits": "GY", "Modality": "RTDOSE"}
 OFFSETS = {"GridFrameOffsetVector": [0.0, 2.5, 5, 7.5, 10, 12.5]}
@@ -419,7 +411,3 @@ def test_frames_without_functional_groups(tmp_path, tags, factor, facts):
 )
 def test_compressed_pixels_that_are_refused(tmp_path, syntax, encode, said):
     refused(compressed(tmp_path, voxels("uint16", (3, 50, 70)), syntax, encode), said)
-
-
-def test_colours_are_refused(tmp_path):
-    refused(write_dicom(tmp_path, voxels("uint8"), SamplesPerPixel=3), "in colour")

@@ -231,13 +231,6 @@ def test_a_folder_of_stacks_is_several_volumes(tmp_path):
     assert len(volume.file.contents) == 3
 
 
-def test_one_slice_offers_its_folder():
-    refused(
-        CASES / "folder" / "gap" / "s0001.tif",
-        r"one of the 10 slices in its folder, open the folder",
-    )
-
-
 def test_pages_outside_the_folder_are_not_read(tmp_path):
     inside, outside = tmp_path / "sub" / "a.ome.tif", tmp_path / "secret.ome.tif"
     inside.parent.mkdir()
