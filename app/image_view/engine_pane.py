@@ -175,8 +175,9 @@ class EnginePane(QWidget):
         self.canvas.show_image(self._picture(rgba))
         height, width, _ = rgba.shape
         # Models draw the whole volume, and a hint says so.
-        cropped = "cropped" if request.inputs.crop and self.engine == "exact" else ""
-        facts = [cropped, by, f"{width} × {height}", f"{1000 * result.seconds:.0f} ms"]
+        parts = {"cropped": request.inputs.crop, "masked": request.inputs.mask}
+        shown = [name for name, part in parts.items() if part and self.engine == "exact"]
+        facts = [*shown, by, f"{width} × {height}", f"{1000 * result.seconds:.0f} ms"]
         self.detail = "   ".join(fact for fact in facts if fact)
         if self.engine == "exact":
             self._who = by

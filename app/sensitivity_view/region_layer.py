@@ -15,6 +15,7 @@ from app.controls import fill
 from app.icons import IconButton
 from app.image_view.gestures import CLICK_REACH
 from app.image_view.image_canvas import ImageCanvas
+from app.state.piece_finder import PieceFinder
 from app.state.sensitivity_asker import SensitivityAsker
 from app.state.sensitivity_state import SensitivityState, Tool
 from model.scene.region import Outline
@@ -325,15 +326,22 @@ class PlaceLabel(QFrame):
     """Names the values at the place that was clicked in this canvas; it moves nothing else."""
 
     def __init__(
-        self, canvas: ImageCanvas, asker: SensitivityAsker, open_panel: Callable[[], object]
+        self,
+        canvas: ImageCanvas,
+        asker: SensitivityAsker,
+        finder: PieceFinder,
+        open_panel: Callable[[], object],
     ) -> None:
         super().__init__(canvas)
-        self._canvas, self._asker = canvas, asker
+        self._canvas, self._asker, self._finder = canvas, asker, finder
         self.is_here = False  # whether it was this canvas that was clicked
         self.setProperty("role", "card")
         self.setCursor(Qt.CursorShape.ArrowCursor)
         self.setAttribute(Qt.WidgetAttribute.WA_NoMousePropagation)
         self.text = QLabel()
+        self.text.setTextInteractionFlags(Qt.TextInteractionFlag.LinksAccessibleByMouse)
+        self.text.linkActivated.connect(self._take)
+        finder.changed.connect(self.refresh)
         self.button = IconButton("panel", "Values and edits", "F8", colors=theme.ON_IMAGE)
         self.button.clicked.connect(lambda: open_panel())
         row = fill(QHBoxLayout(self), self.text, margins=(8, 3, 3, 3), spacing=8)
@@ -360,13 +368,37 @@ class PlaceLabel(QFrame):
             f"<tr><td>{values}</td><td align='right' style='padding-left: 12px'>{part}</td></tr>"
             for values, part in ((escape(text), part) for text, part in lines)
         )
+        pieces = "".join(map(self._row_of, range(len(self._finder.pieces))))
         nothing = asker.waiting if asker.pick is None else "Nothing visible here"
-        self.text.setText(f"<table>{rows}</table>" if rows else nothing)
+        if pieces and not rows:
+            rows = f"<tr><td>{nothing}</td></tr>"
+        self.text.setText(f"<table>{rows}{pieces}</table>" if rows else nothing)
         said = ", ".join(" ".join(line) for line in lines)
         self.setAccessibleName(f"Values here: {said or nothing}")
         self._place()
         self.show()
         self.raise_()
+
+    def _row_of(self, number: int) -> str:
+        """What can be done with a piece, as a row of the table."""
+        piece = self._finder.pieces[number]
+        what = "Connected"
+        if piece.values is not None:
+            what = f"of {self._asker.state.range_text(piece.values)}"
+        color = theme.ON_IMAGE.change
+        does = " · ".join(
+            f"<a href='{deed}{number}' style='color: {color}'>{text}</a>"
+            for deed, text in (("a", "isolate"), ("c", "cut away"))
+        )
+        return (
+            f"<tr><td>{escape(what)}</td><td align='right' style='padding-left: 12px'>"
+            f"{self._finder.space_of(piece)}</td><td style='padding-left: 12px'>{does}</td></tr>"
+        )
+
+    def _take(self, link: str) -> None:
+        """Show a piece alone, or cut it away."""
+        piece = self._finder.pieces[int(link[1:])]
+        (self._finder.show_alone if link[0] == "a" else self._finder.cut_away)(piece)
 
     def eventFilter(self, _canvas: QObject, event: QEvent) -> bool:
         """Stay at the place when the canvas has another size."""

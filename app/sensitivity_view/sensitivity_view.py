@@ -61,7 +61,8 @@ class SensitivityView(QObject):
         self._panes = generator, reference
         self._what_if_shown: Trial | None = None
         canvases = [pane.canvas for pane in self._panes]
-        self.labels = [PlaceLabel(canvas, asker, self._open_panel) for canvas in canvases]
+        finder = workspace.pieces
+        self.labels = [PlaceLabel(canvas, asker, finder, self._open_panel) for canvas in canvases]
         self.regions = [
             RegionLayer(canvas, self._asked, partial(self._name_values_at, n), self._open_panel)
             for n, canvas in enumerate(canvases)

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from model.scene.mask import Mask
 from model.scene.ranges import robust_range
 from model.scene.scene import default_scalar_window
 from model.scene.thinned_volume import ThinnedVolume
@@ -33,6 +34,7 @@ class OpenedVolume:
     window: Range  # scalar values of interest, within the scalar range
     shown: NDArray[np.float64]
     """Places (n, 3) around what the default TF shows, as fractions of the volume's lengths."""
+    mask: Mask | None = None  # voxels that are shown at first; None for all
 
     @property
     def has_missing(self) -> bool:
@@ -40,13 +42,13 @@ class OpenedVolume:
         return self.volume.missing is not None
 
     @classmethod
-    def of(cls, path: Path, volume: Volume) -> OpenedVolume:
+    def of(cls, path: Path, volume: Volume, mask: Mask | None = None) -> OpenedVolume:
         """Compute the derived data over the volume's scalar range; may take a second."""
         counts, edges = volume.histogram(256, beyond=True)
         default = first_transfer_function(volume)
         window = default_scalar_window(volume)
         shown = ThinnedVolume.of(volume).shown_points(default.opacity)
-        return cls(path, volume, counts, edges, volume.fingerprint, default, window, shown)
+        return cls(path, volume, counts, edges, volume.fingerprint, default, window, shown, mask)
 
     def over(self, scalar_range: Range, scale: ValueScale | None = None) -> OpenedVolume:
         """Return the same volume over another range and scale, or raise :class:`VolumeError`."""

@@ -20,6 +20,8 @@ from app.state.settings import RecentKind, Settings, VolumeMemory
 from model.errors import TfscopeError, reason
 from model.files import write_atomically
 from model.json_files import MalformedError, build_valid, read_json
+from model.scene.mask import Mask
+from model.scene.volume import Volume
 
 LOCK_PATIENCE_S = 5.0  # after which a file is written without its lock: its holder hangs
 
@@ -177,9 +179,19 @@ def volume_file(folder: Path | None, fingerprint: str) -> KeptFile[VolumeMemory]
     """Return the file of a volume's memory in a user's folder; None keeps it in memory."""
     if folder is None:
         return KeptFile(None, VolumeMemory)
+    return KeptFile(folder / "volumes" / f"{_name(fingerprint)}.json", VolumeMemory)
+
+
+def _name(fingerprint: str) -> str:
     # Cards of models say fingerprints, too: theirs may be any text.
-    name = "".join(filter(str.isalnum, fingerprint))[:32]
-    return KeptFile(folder / "volumes" / f"{name}.json", VolumeMemory)
+    return "".join(filter(str.isalnum, fingerprint))[:32]
+
+
+def _write_mask(path: Path, mask: Mask, volume: Volume) -> None:
+    # Imported here: a window opens before it reads or writes masks.
+    from model.volume_files.masks import write_mask
+
+    write_mask(path, mask, volume)
 
 
 class Preferences(QObject):
@@ -198,6 +210,9 @@ class Preferences(QObject):
         self._settings = settings_file(folder)
         self.start_problem = self._settings.problem
         self._volumes: dict[str, KeptFile[VolumeMemory]] = {}
+        # By the names of their files, which have those that are not written yet, too.
+        self._masks: dict[str, tuple[Mask, Volume]] = {}
+        self._new_masks: set[str] = set()
         self._has_failed = False
         self._pause = Pause(self, PAUSE_MS, self._write)
         self._writing = LatestCall("preferences", self, lambda _done: None, self._fail)
@@ -243,6 +258,29 @@ class Preferences(QObject):
         if any(getattr(file.values, name) != value for name, value in changes.items()):
             file.change(partial(replace, **changes))
             self._write_soon()
+
+    def keep_mask(self, fingerprint: str, mask: Mask | None, volume: Volume) -> str:
+        """Keep a volume's mask, to be written soon; return what a memory says of it."""
+        if mask is None:
+            return ""
+        name = f"{_name(fingerprint)}.mask.nrrd"
+        known = self._masks.get(name)
+        if known is None or known[0] != mask:
+            self._masks[name] = mask, volume
+            self._new_masks.add(name)
+            self._write_soon()
+        return name
+
+    def read_mask(self, name: str, volume: Volume) -> Mask | None:
+        """Return the mask that a memory speaks of; from any thread.
+
+        Raises :class:`TfscopeError` where its file cannot be read.
+        """
+        if name in self._masks:
+            return self._masks[name][0]
+        from model.volume_files.masks import read_mask
+
+        return read_mask((self.folder or Path()) / "volumes" / name, volume) if name else None
 
     def note_opened(self, fingerprint: str, path: Path) -> None:
         """Remember where a volume was opened; it becomes the first of the recent ones."""
@@ -309,7 +347,12 @@ class Preferences(QObject):
         return self._volumes[fingerprint]
 
     def _unwritten(self) -> Callable[[], None]:
-        writes = [self._settings.unwritten()]
+        new, self._new_masks = self._new_masks, set()
+        folder = self.folder or Path()
+        writes: list[Callable[[], None] | None] = [
+            partial(_write_mask, folder / "volumes" / n, *self._masks[n]) for n in new
+        ]
+        writes += [self._settings.unwritten()]
         writes += [file.unwritten() for file in self._volumes.values()]
         return partial(_call_all, list(filter(None, writes)))
 

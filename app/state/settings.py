@@ -118,6 +118,7 @@ class VolumeMemory:
     crop: CropBox | None = None
     interpolates: bool | None = None  # whether there are values between voxels
     draws_missing: bool = False
+    mask: str = ""  # name of the mask's file, next to that of the memory or session; "" without one
     regions: tuple[NamedRegion, ...] = ()
     active_region: str = ""  # name of the active one; empty for the whole image
     region_count: Annotated[int, Meta(ge=0, le=10**9)] = 0

@@ -17,6 +17,7 @@ from app.state.edits import EditedInput, EditHistory
 from app.state.view_navigation import HOME_VIEW, ViewNavigation
 from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs
+from model.scene.mask import Mask
 from model.scene.ranges import fit_to_range, range_text, value_text
 from model.scene.scene import LightDirection
 from model.scene.transfer_function import ColorTF, OpacityTF, Range, TransferFunction
@@ -88,10 +89,12 @@ class ViewerState(ViewNavigation):
         self.interpolation_input: EditedInput[bool | None] = EditedInput(
             None, "interpolation", self.edits, self
         )
+        self.mask_input: EditedInput[Mask | None] = EditedInput(None, "mask", self.edits, self)
         self.edited: dict[str, EditedInput[Any]] = {
             "light": self.light_input,
             "crop": self.crop_input,
             "interpolates": self.interpolation_input,
+            "mask": self.mask_input,
         }
         self.brightness = Brightness(self.edits, self)
         self._file = FileFacts()
@@ -129,6 +132,10 @@ class ViewerState(ViewNavigation):
         """Have values between voxels, or not: an edit that can be undone."""
         is_usual = interpolates != self._file.is_labels
         self.interpolation_input.set(None if is_usual else interpolates)
+
+    def show_all_voxels(self) -> None:
+        """Remove the mask: an edit that can be undone."""
+        self.mask_input.set(None, "show all voxels")
 
     def label_name(self, value: float) -> str:
         """Name of the label that a value is, to a rounding; empty for none."""

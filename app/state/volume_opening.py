@@ -20,6 +20,7 @@ from app.state.opened_volume import OpenedVolume
 from app.state.preferences import Preferences
 from app.state.settings import VolumeMemory
 from model.errors import TfscopeError, VolumeError
+from model.scene.mask import Mask
 from model.scene.ranges import RangeChoice, fit_to_volume, robust_range
 from model.scene.scene import Scene
 from model.scene.transfer_function import Range, TransferFunction
@@ -201,25 +202,31 @@ class VolumeOpening(QObject):
                 shown = volume.drawing_missing(True)
         except TfscopeError as error:
             problems.append(error_sentence(error))
-        return self._first_shown(path, shown, wanted, memory, tuple(problems))
+        mask = None
+        try:
+            mask = self._preferences.read_mask(memory.mask, volume)
+        except TfscopeError as error:
+            problems.append(f"All voxels are shown. {error_sentence(error)}")
+        return self._first_shown(path, shown, mask, wanted, memory, tuple(problems))
 
     def _first_shown(
         self,
         path: Path,
         volume: Volume,
+        mask: Mask | None,
         wanted: Wanted,
         memory: VolumeMemory,
         problems: tuple[str, ...],
     ) -> _Read:
         """Compute what the window shows of a volume over the range that is wanted."""
         model = self._model_now
-        again = partial(self._first_shown, path, volume, wanted, memory, problems)
+        again = partial(self._first_shown, path, volume, mask, wanted, memory, problems)
         try:
             shown = _first_range(volume, wanted, memory, model, self._library)
-            return _Read(OpenedVolume.of(path, shown), problems, model, again)
+            return _Read(OpenedVolume.of(path, shown, mask), problems, model, again)
         except TfscopeError as error:
             problems = (*problems, error_sentence(error))
-        return _Read(OpenedVolume.of(path, volume), problems, model, again)
+        return _Read(OpenedVolume.of(path, volume, mask), problems, model, again)
 
     def _say_progress(self, stop: threading.Event, what: str, done: int, count: int) -> None:
         if not stop.is_set():

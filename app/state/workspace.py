@@ -19,6 +19,7 @@ from app.state.latent_pictures import LatentPictures
 from app.state.latent_session import LatentState
 from app.state.library import Library
 from app.state.opened_volume import OpenedVolume
+from app.state.piece_finder import PieceFinder
 from app.state.preferences import Preferences
 from app.state.reference_choices import ReferenceChoices
 from app.state.reference_work import ReferenceWork
@@ -27,6 +28,7 @@ from app.state.sensitivity_state import SensitivityState
 from app.state.settings import VolumeMemory
 from app.state.viewer_state import ViewerState
 from app.state.volume_opening import VolumeOpening
+from model.scene.mask import Mask
 from model.scene.ranges import fit_to_range, fit_to_volume
 from model.scene.scene import EXACT_LIGHTINGS, LightDirection, Lighting
 from model.scene.transfer_function import TransferFunction
@@ -87,6 +89,13 @@ class Workspace(QObject):
             builders.read_volume, self, self.model, self.library, preferences, self
         )
         self._opened: OpenedVolume | None = None
+        self.pieces = PieceFinder(
+            state,
+            asked,
+            lambda: None if self._opened is None else self._opened.volume,
+            self.news.emit,
+            self,
+        )
         self._kept = ""
         """Fingerprint of the volume of which is kept what is made of it."""
         self._is_restored = False
@@ -177,13 +186,14 @@ class Workspace(QObject):
         self.reference.stop()
         self.sensitivity.stop()
         self.latent.stop()
+        self.pieces.stop()
         for client in (*self._images, self._clients.analyst):
             client.stop()
         self.opening.abandon()
 
     def join(self) -> None:
         """Wait until all threads have ended."""
-        for part in (*self._images, self._clients.analyst, self.latent, self.opening):
+        for part in (*self._images, self._clients.analyst, self.latent, self.pieces, self.opening):
             part.join()
 
     def show(self, opened: OpenedVolume) -> None:
@@ -217,9 +227,11 @@ class Workspace(QObject):
         self._preferences.note_opened(opened.fingerprint, opened.path)
         self._note_model()
         # After the engines: it requests the images, which they then take up.
-        self._state.start_volume(opened.default, memory.tf, vars(memory), volume.file)
+        others = vars(memory) | {"mask": opened.mask}
+        self._state.start_volume(opened.default, memory.tf, others, volume.file)
         if wanted.memory is not None:
             self._keep_edits()
+            self._keep(mask=self._mask_name(opened.mask))
         self.volumeStarted.emit()
 
     def show_range(self, opened: OpenedVolume) -> None:
@@ -283,7 +295,14 @@ class Workspace(QObject):
         edited = {name: each.value for name, each in inputs.items() if each.is_edited}
         if edited.get("light") == designed:
             edited["light"] = None
+        if "mask" in edited:
+            edited["mask"] = self._mask_name(edited["mask"])
         self._keep(tf=state.transfer_function, **edited)
+
+    def _mask_name(self, mask: Mask | None) -> str:
+        """Keep the open volume's mask; return what its memory says of it."""
+        assert self._opened is not None
+        return self._preferences.keep_mask(self._kept, mask, self._opened.volume)
 
     def _keep_changed_regions(self, what: str) -> None:
         if what == "regions" and not self._asked.dragging:

@@ -153,11 +153,13 @@ class MainWindow(WindowParts):
             event.ignore()
             return
         self.saving.cancel()
+        self.mask_files.stop()
         self.workspace.stop()
         self.memory.note()
         self.hide()
         self.workspace.join()
         self.saving.join()
+        self.mask_files.join()
         self.preferences.finish()
         event.accept()
 

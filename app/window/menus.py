@@ -222,6 +222,11 @@ class Menus:
         self._add(menu, "&Save TF…", files.save_transfer_function, keys.Save)
         self._add_recent(menu, "transfer_functions")
         menu.addSeparator()
+        masks, mask = window.mask_files, window.state.mask_input
+        self._add(menu, "Open mas&k…", masks.ask_and_open, is_there=has_volume)
+        has_mask = lambda: mask.value is not None  # noqa: E731
+        self._add(menu, "Save mask…", masks.ask_and_save, is_there=has_mask)
+        menu.addSeparator()
         self._add(menu, "Save sess&ion…", window.sessions.ask_and_save, "Ctrl+Alt+S")
         self._add_recent(menu, "sessions")
         menu.addSeparator()
@@ -279,6 +284,10 @@ class Menus:
         )  # fmt: skip
         slices = window.slices
         self._add(menu, "S&lices", slices.toggle, "S", is_on=lambda: slices.is_shown)
+        self._add(
+            menu, "Show all &voxels", state.show_all_voxels,
+            is_there=lambda: state.mask_input.value is not None,
+        )  # fmt: skip
         for overlay, text, keys in OVERLAYS:
             toggle, has = partial(overlays.toggle, overlay), partial(overlays.has, overlay)
             self._add(menu, text, toggle, keys, is_on=has)

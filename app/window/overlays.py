@@ -133,8 +133,8 @@ class ImageError(QObject):
 
     Where it is wanted, the difference of each pixel is shown over the generator's image.
 
-    Where the generator was trained under another light, or the volume is cropped, which models
-    are not trained for, there is nothing to compare.
+    Where the generator was trained under another light, or only a part of the volume is shown,
+    which models are not trained for, there is nothing to compare.
     """
 
     def __init__(self, context: Context) -> None:
@@ -162,7 +162,8 @@ class ImageError(QObject):
             return None
         (inputs, drawn), (others, truth) = self._shown["generator"], self._shown["reference"]
         alike = self._workspace.model_lighting == self._workspace.reference.settings.lighting
-        if inputs != others or inputs != self._state.inputs or not alike or inputs.crop:
+        is_part = inputs.crop or inputs.mask
+        if inputs != others or inputs != self._state.inputs or not alike or is_part:
             return None
         return drawn, truth
 

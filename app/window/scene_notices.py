@@ -125,6 +125,7 @@ class SceneNotices(QObject):
             "tf": Action("Default TF", state.reset_transfer_function),
             "view": Action("Reset view", state.reset_view),
             "crop": Action("Whole volume", lambda: state.crop_input.set(None)),
+            "mask": Action("Show all voxels", state.show_all_voxels),
         }
         self._notices.add(found.text, actions[found.cause], key=_emptiness(pane))
 

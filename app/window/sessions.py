@@ -16,7 +16,11 @@ from app.state.volume_opening import Wanted
 from app.window.context import VOLUME_FILTER, Context, ask_for_file, ask_for_place, proposed_name
 from app.window.overlays import Overlays
 from app.window.window_memory import WindowMemory
+from model.errors import TfscopeError
+from model.scene.mask import Mask
+from model.scene.volume import Volume
 from model.volume_files.choice import Choice
+from model.volume_files.masks import write_mask
 from model.volume_files.raw import RawLayout
 
 SESSION_FILTER = f"Sessions (*{SUFFIX});;All files (*)"
@@ -54,18 +58,28 @@ class Sessions(QObject):
 
     def save(self, path: Path) -> None:
         """Write what is shown to a file."""
-        session = self.session()
-        if session is None:
+        session, opened = self.session(), self._workspace.opened
+        if session is None or opened is None:
             self._fail("There is nothing to save yet. Open a volume first.")
             return
         try:
-            session.save(path)
-        except SessionError as error:
+            mask = self._context.state.mask_input.value
+            self._save(session, path, mask, opened.volume)
+        except TfscopeError as error:
             self._fail(str(error))
             return
         self._preferences.note_recent("sessions", path)
         self._name_window(path.name)
         self._context.status.say(f"Saved {path.absolute()}.")
+
+    def _save(self, session: Session, path: Path, mask: Mask | None, volume: Volume) -> None:
+        """Write a session, and next to it its mask."""
+        name = "" if mask is None else f"{path.stem}.mask.nrrd"
+        if mask is not None:
+            write_mask(path.with_name(name), mask, volume)
+        content = session.content
+        content = replace(content, memory=replace(content.memory, mask=name))
+        replace(session, content=content).save(path)
 
     def session(self) -> Session | None:
         """Return what is shown; None without a volume."""
@@ -80,7 +94,8 @@ class Sessions(QObject):
             light_seconds={},
             tf=context.state.transfer_function,
             view=inputs.view,
-            **{name: each.value for name, each in context.state.edited.items()},
+            **{n: each.value for n, each in context.state.edited.items() if n != "mask"},
+            mask="",
             # Not "auto": another machine might choose another light.
             lighting=self._workspace.reference.settings.lighting,
         )
@@ -107,6 +122,8 @@ class Sessions(QObject):
             return
         self._awaited = path, session
         memory = session.content.memory
+        if memory.mask:
+            memory = replace(memory, mask=str(path.absolute().with_name(Path(memory.mask).name)))
         wanted = Wanted(
             raw=RawLayout.parse(memory.raw_layout) if memory.raw_layout else None,
             choice=Choice.parse(memory.choice) if memory.choice else None,
@@ -138,8 +155,10 @@ class Sessions(QObject):
         assert self._before_path is not None
         content = SessionContent(memory, session_settings(self._preferences.settings))
         try:
-            Session(opened.path, opened.fingerprint, content).save(self._before_path)
-        except SessionError as error:
+            mask = self._preferences.read_mask(known.mask, opened.volume)
+            before = Session(opened.path, opened.fingerprint, content)
+            self._save(before, self._before_path, mask, opened.volume)
+        except TfscopeError as error:
             self._fail(str(error))
             return False
         return True

@@ -24,7 +24,7 @@ FAINT_PART = 0.01  # of a TF's largest opacity, below which a value hardly count
 POINTS_PER_BIN = 9  # scalar values of a bin at which the opacity is looked up
 CLOSE = 0.7  # distance of the view below which a part of the volume may lie outside the image
 SMALLEST = 0.01  # least diameter of a visible volume, as a fraction of the image's height
-Cause = Literal["tf", "crop", "view"]
+Cause = Literal["tf", "crop", "mask", "view"]
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class Emptiness:
     """Reason why an image shows nothing."""
 
     text: str  # one sentence for the user
-    cause: Cause  # what to change: the TF, the crop box, or the view
+    cause: Cause  # what to change: the TF, the crop box, the mask, or the view
 
 
 def nothing_visible(rgba: NDArray[np.float32]) -> bool:
@@ -59,6 +59,8 @@ def why_nothing(
         return Emptiness(found, "view")
     if inputs.crop is not None and not inputs.crop.is_whole:
         return Emptiness("The crop box leaves nothing of what the TF shows in this view.", "crop")
+    if inputs.mask is not None:
+        return Emptiness("The mask leaves nothing of what the TF shows in this view.", "mask")
     view = inputs.view
     if view.distance < CLOSE or view.pan_x or view.pan_y:
         return Emptiness("The view shows a part of the volume where the TF shows nothing.", "view")

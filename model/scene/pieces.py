@@ -63,22 +63,30 @@ def pieces_at(volume: Volume, inputs: SceneInputs, place: Triple) -> tuple[Piece
     seed = np.clip(np.rint(at).astype(int) - first, 0, np.array(voxels.shape) - 1)
     opacity = _bins(volume, inputs)
     runs = _runs(opacity)
-    value = _value_at(volume, at, inputs.is_nearest(volume))
-    band = _band_around(opacity, _bin_of(value, volume))
-    found = []
-    for values in (runs, [band]):
-        visible = _of_values(voxels, values, volume)
-        if shown is not None:
-            visible &= shown
-        inside, box = _connected(visible, _nearest(visible, seed))
+
+    def shown_of(bins: list[tuple[int, int]]) -> NDArray[np.bool_]:
+        found = _of_values(voxels, bins, volume)
+        return found if shown is None else found & shown
+
+    def piece_of(visible: NDArray[np.bool_], start: NDArray[np.int64], band: Range | None) -> Piece:
+        inside, box = _connected(visible, start)
         whole = np.zeros(volume.voxels.shape, dtype=bool)
         whole[part][box] = _grown(inside) & ~(visible[box] & ~inside)
-        range_ = None if values is runs else _values_of(band, volume)
-        found.append(Piece(Mask.packed(whole), int(np.count_nonzero(inside)), range_))
-        # A band that is all there is to see around the place needs no search of its own.
-        if opacity[_bin_of(value, volume)] == 0 or runs == [band]:
-            break
-    return tuple(found if found[-1].count < ALIKE * found[0].count else found[:1])
+        return Piece(Mask.packed(whole), int(np.count_nonzero(inside)), band)
+
+    visible = shown_of(runs)
+    near = _near(visible, seed)
+    all_visible = piece_of(visible, near[0], None)
+    bins = np.array([_bin_of(value, volume) for value in voxels[tuple(near.T)].tolist()])
+    band = _band_around(opacity, _bin_of(_value_at(volume, at, inputs.is_nearest(volume)), volume))
+    within = near[(bins >= band[0]) & (bins <= band[1])]
+    if not len(within):
+        # Between two voxels there may be values that neither of them has.
+        band, within = _band_around(opacity, int(bins[0])), near
+    if runs == [band]:
+        return (all_visible,)
+    in_band = piece_of(shown_of([band]), within[0], _values_of(band, volume))
+    return (all_visible, in_band)[: 1 + (in_band.count < ALIKE * all_visible.count)]
 
 
 def _bins(volume: Volume, inputs: SceneInputs) -> NDArray[np.float64]:
@@ -156,13 +164,13 @@ def _of_values(
     return found
 
 
-def _nearest(visible: NDArray[np.bool_], seed: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return the visible voxel that is nearest to a place, which lies within one of some."""
+def _near(visible: NDArray[np.bool_], seed: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return the visible voxels (n, 3) up to two from one, the nearest first."""
     low = np.maximum(seed - 2, 0)
     around = np.argwhere(visible[tuple(map(slice, low, seed + 3))]) + low
     if not len(around):
         raise TfscopeError("Nothing that the TF shows is here; click what is to be taken.")
-    return np.asarray(around[np.argmin(((around - seed) ** 2).sum(axis=1))])
+    return np.asarray(around[np.argsort(((around - seed) ** 2).sum(axis=1), kind="stable")])
 
 
 def _connected(

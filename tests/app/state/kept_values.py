@@ -30,7 +30,7 @@ MEMORY = VolumeMemory(
     raw_layout="8x8x8_uint8", choice="t=2", view=View(30.0, -20.0, 5.0, 1.5, 0.1, 0.0),
     lighting="soft", light=LightDirection(50.0, -20.0), brightness=1.5,
     light_seconds={"soft": 0.2}, crop=CropBox((0.1, 0.0, 0.0), (1.0, 0.5, 1.0)),
-    interpolates=False, draws_missing=True,
+    interpolates=False, draws_missing=True, mask="f1.mask.nrrd",
     regions=(region("ribs"), region("spine")), active_region="ribs", region_count=4,
     value_scale="logarithmic", opacity_scale="logarithmic", visible=(110.0, 180.0),
     cross_hair=(0.25, 0.5, 1.0),

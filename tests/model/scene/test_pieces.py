@@ -78,6 +78,12 @@ def test_where_nothing_shows_there_is_no_piece():
         pieces_at(volume(), inputs(), at(10, 10, 10))
 
 
+def test_a_value_that_no_voxel_has_is_in_no_band():
+    """Between the wire and the air there is the value of the blocks."""
+    found = pieces_at(volume(), inputs(), at(9.45, 15, 10))
+    assert [piece.count for piece in found] == [15]
+
+
 def test_values_between_voxels_decide_about_the_band():
     """Halfway into the air, where the block's surface has a lower value."""
     found = pieces_at(volume(), inputs(), at(4, 4, 7.2))

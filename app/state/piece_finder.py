@@ -1,0 +1,91 @@
+"""What is connected to the clicked place, to be shown alone or cut away."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+
+from PySide6.QtCore import QObject, Signal
+
+from app.engines.background import LatestCall
+from app.state.sensitivity_state import SensitivityState
+from app.state.viewer_state import ViewerState
+from model.errors import TfscopeError
+from model.rendering.ray_places import strongest_place
+from model.scene.inputs import SceneInputs
+from model.scene.mask import Mask, volume_text
+from model.scene.pieces import Piece, pieces_at
+from model.scene.volume import Volume
+
+
+class PieceFinder(QObject):
+    """Finds the pieces at the clicked place, in a thread of its own."""
+
+    changed = Signal()  # emitted when other pieces are found, or none
+
+    def __init__(
+        self,
+        state: ViewerState,
+        asked: SensitivityState,
+        volume: Callable[[], Volume | None],
+        say: Callable[[str], object],
+        parent: QObject,
+    ) -> None:
+        super().__init__(parent)
+        self._state, self._asked, self._volume, self._say = state, asked, volume, say
+        self.pieces: tuple[Piece, ...] = ()
+        self._call = LatestCall("pieces", self, self._take, lambda _text: self._take(()))
+        self.stop, self.join = self._call.stop, self._call.join
+        asked.changed.connect(self._follow)
+        state.inputsChangeFinished.connect(self._ask)
+
+    def space_of(self, piece: Piece) -> str:
+        """Say how much space a piece takes."""
+        volume = self._volume()
+        return "" if volume is None else volume_text(piece.count, volume)
+
+    def show_alone(self, piece: Piece) -> None:
+        """Show a piece, and nothing else: an edit that can be undone."""
+        self._mask(piece.alone, "isolate piece", f"Only the piece of {self.space_of(piece)} shows.")
+
+    def cut_away(self, piece: Piece) -> None:
+        """Show what there is but a piece: an edit that can be undone."""
+        self._mask(piece.cut, "cut piece away", f"{self.space_of(piece)} are cut away.")
+
+    def _mask(self, change: Callable[[Mask | None], Mask | None], name: str, said: str) -> None:
+        try:
+            mask = change(self._state.mask_input.value)
+        except TfscopeError as error:
+            self._say(str(error))
+            return
+        self._state.mask_input.set(mask, name)
+        self._say(f"{said} Undo, or View > Show all voxels, brings the rest back.")
+
+    def _follow(self, what: str) -> None:
+        if what == "place":
+            self._take(())
+            self._ask()
+
+    def _ask(self, _value: object = None) -> None:
+        volume, place = self._volume(), self._asked.place
+        if volume is None or place is None or not self._asked.choices.shown:
+            self._call.forget()
+            return
+        at = 2 * place[0] - 1, 1 - 2 * place[1]
+        self._call.ask(partial(_pieces_under, volume, self._state.inputs, at))
+
+    def _take(self, pieces: tuple[Piece, ...]) -> None:
+        if pieces != self.pieces:
+            self.pieces = pieces
+            self.changed.emit()
+
+
+def _pieces_under(
+    volume: Volume, inputs: SceneInputs, at: tuple[float, float]
+) -> tuple[Piece, ...]:
+    """Return the pieces under a pixel; none where nothing shows."""
+    place = strongest_place(volume, inputs, at)
+    if place is None:
+        return ()
+    x, y, z = place.tolist()
+    return pieces_at(volume, inputs, (x, y, z))
