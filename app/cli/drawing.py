@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
@@ -93,6 +94,9 @@ class Drawer:
         if self.inputs.crop is not None:
             planes = zip(self.inputs.crop.low, self.inputs.crop.high, strict=True)
             facts["Crop"] = ",".join(f"{low:g},{high:g}" for low, high in planes)
+        if self.inputs.mask is not None:
+            shown = np.count_nonzero(self.inputs.mask.shown)
+            facts["Mask"] = f"{shown} of {math.prod(self.inputs.mask.shape)} voxels are shown"
         return facts
 
 
@@ -207,7 +211,7 @@ def _volume_drawer(asked: Render) -> Drawer:
     nearby = line_distance(volume.proportions)
     if asked.view is None and nearby is not None:
         asked = replace(asked, view=replace(HOME_VIEW, distance=nearby))
-    inputs, raster = asked.inputs(tf), asked.size or Raster(size, size)
+    inputs, raster = asked.inputs(tf, volume), asked.size or Raster(size, size)
     place = volume, lighting, light, step
     draw, drawn_by, close = (_path_tracer if lighting == "path" else _renderer)(
         asked, inputs, raster, place
@@ -326,6 +330,8 @@ def _generator_drawer(asked: Render) -> Drawer:
         tf = first_transfer_function(volume)
     inputs = asked.inputs(tf)
     warn_outside(inputs, scene)
+    if asked.mask is not None:
+        warn("The model draws the whole volume: it knows no mask.")
     from model.generator.generator import Generator
 
     generator = Generator.load(folder, asked.device)

@@ -16,6 +16,7 @@ from model.scene.inputs import SceneInputs
 from model.scene.scene import LightDirection, Lighting, RendererName
 from model.scene.transfer_function import TransferFunction
 from model.scene.view import View
+from model.scene.volume import Volume
 from model.volume_files.source import VolumeSource
 
 if TYPE_CHECKING:
@@ -41,8 +42,8 @@ class Render:
     model: Path | None = options.model()
     session: Path | None = option(
         None,
-        "What 'File > Save session' wrote: its volume, view, TF, light and crop box, unless other "
-        "options say so.",
+        "What 'File > Save session' wrote: its volume, view, TF, light, crop box and mask, unless "
+        "other options say so.",
         metavar="NAME.tfscope",
     )
     view: View | None = options.view(
@@ -56,6 +57,12 @@ class Render:
     )
     light: LightDirection | None = options.light()
     crop: CropBox | None = options.crop()
+    mask: Path | None = option(
+        None,
+        "Labels of the volume's grid, as 'File > Save mask' writes them: only voxels of labels "
+        "other than 0 are drawn.",
+        metavar="MASK",
+    )
     samples: int | None = option(
         None,
         "Samples per pixel in path-traced light: four times as many halve the noise. (default: 64; "
@@ -131,16 +138,21 @@ class Render:
         """Whether a full turn is written."""
         return self.out.suffix.lower() in (".mp4", ".gif")
 
-    def inputs(self, tf: TransferFunction) -> SceneInputs:
-        """Return the inputs of the image under a TF."""
+    def inputs(self, tf: TransferFunction, volume: Volume | None = None) -> SceneInputs:
+        """Return the inputs of the image of a volume under a TF."""
+        from model.volume_files.masks import read_mask
+
         view = self.view or values.HOME_VIEW
         others = {"light": self.light, "crop": self.crop, "interpolates": self.interpolate}
-        return SceneInputs.of(view, tf, **others)
+        mask = None
+        if self.mask is not None and volume is not None:
+            mask = read_mask(self.mask, volume)
+        return SceneInputs.of(view, tf, mask=mask, **others)
 
     def _of_session(self, path: Path) -> Render:
-        """Fill in what was left out from a session: volume, view, TF, light, crop box, legend."""
+        """Fill in what was left out from a session: volume, view, TF, light, crop, mask, legend."""
         from app.cli.console import warn
-        from app.state.session import Session
+        from app.state.session import Session, kept_mask
 
         if self.source.is_placed:
             raise RenderError(
@@ -167,6 +179,7 @@ class Render:
             lighting=None if is_model else lighting,
             light=self.light or (memory.light if is_lit else None),
             crop=self.crop or memory.crop,
+            mask=self.mask or kept_mask(path, memory),
             interpolate=memory.interpolates if self.interpolate is None else self.interpolate,
             brightness=self.brightness or memory.brightness,
             draw_missing=self.draw_missing or memory.draws_missing,

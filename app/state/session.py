@@ -108,6 +108,12 @@ def session_settings(settings: Settings) -> SessionSettings:
     return SessionSettings(**{f.name: getattr(settings, f.name) for f in fields(SessionSettings)})
 
 
+def kept_mask(session: Path, memory: VolumeMemory) -> Path | None:
+    """Return the mask's file next to that of a session with a memory; None without a mask."""
+    # Whatever the file says: of its own folder.
+    return session.absolute().with_name(Path(memory.mask).name) if memory.mask else None
+
+
 @dataclass(frozen=True)
 class _Place:
     path: str

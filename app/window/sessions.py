@@ -10,7 +10,14 @@ from PySide6.QtCore import QObject
 
 from app.controls import Action
 from app.state.opened_volume import OpenedVolume
-from app.state.session import SUFFIX, Session, SessionContent, SessionError, session_settings
+from app.state.session import (
+    SUFFIX,
+    Session,
+    SessionContent,
+    SessionError,
+    kept_mask,
+    session_settings,
+)
 from app.state.settings import VolumeMemory
 from app.state.volume_opening import Wanted
 from app.window.context import VOLUME_FILTER, Context, ask_for_file, ask_for_place, proposed_name
@@ -122,8 +129,7 @@ class Sessions(QObject):
             return
         self._awaited = path, session
         memory = session.content.memory
-        if memory.mask:
-            memory = replace(memory, mask=str(path.absolute().with_name(Path(memory.mask).name)))
+        memory = replace(memory, mask=str(kept_mask(path, memory) or ""))
         wanted = Wanted(
             raw=RawLayout.parse(memory.raw_layout) if memory.raw_layout else None,
             choice=Choice.parse(memory.choice) if memory.choice else None,

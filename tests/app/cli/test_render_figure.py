@@ -11,10 +11,12 @@ from app.state.settings import SessionSettings, VolumeMemory
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs
+from model.scene.mask import Mask
 from model.scene.scene import LightDirection
 from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF, TransferFunction
 from model.scene.view import View
 from model.volume_files import read_volume
+from model.volume_files.masks import write_mask
 
 RANGE = (0.0, 255.0)
 
@@ -103,14 +105,22 @@ VIEW, LIGHT = View(40.0, -10.0, 5.0, 0.8, 0.1, 0.0), LightDirection(50.0, 20.0)
 CROP = CropBox((0.0, 0.0, 0.2), (1.0, 1.0, 1.0))
 
 
+def mask_for(volume):
+    return Mask.of(np.indices(volume.voxels.shape)[0] < volume.voxels.shape[0] // 2 + 1)
+
+
 @pytest.fixture
 def session(raw_file, tf_file, tmp_path):
-    """A session of a small volume, looked at from elsewhere, lit, and cropped."""
+    """A session of a small volume, looked at from elsewhere, lit, cropped and masked."""
     path = tmp_path / "seen.tfscope"
     tf = TransferFunction.load(tf_file)
-    memory = VolumeMemory(tf=tf, view=VIEW, lighting="direct", light=LIGHT, crop=CROP)
+    volume = read_volume(raw_file)
+    write_mask(path.with_name("seen.mask.nrrd"), mask_for(volume), volume)
+    memory = VolumeMemory(
+        tf=tf, view=VIEW, lighting="direct", light=LIGHT, crop=CROP, mask="seen.mask.nrrd"
+    )
     content = SessionContent(memory, SessionSettings(legend=True))
-    Session(raw_file, read_volume(raw_file).fingerprint, content).save(path)
+    Session(raw_file, volume.fingerprint, content).save(path)
     return path
 
 
@@ -125,7 +135,8 @@ def test_all_of_a_session_is_drawn(session, tmp_path):
     volume = read_volume(shown.volume)
     tf = shown.content.memory.tf
     renderer = RaycastRenderer(volume.over(tf.scalar_range, tf.scale), "direct", LIGHT)
-    expected = renderer.render(SceneInputs.of(VIEW, tf, light=LIGHT, crop=CROP), 48)
+    mask = mask_for(volume)
+    expected = renderer.render(SceneInputs.of(VIEW, tf, light=LIGHT, crop=CROP, mask=mask), 48)
     renderer.close()
     image = drawn(session, tmp_path / "image.npy")
     assert image[..., 3].max() > 0.1
@@ -138,6 +149,11 @@ def test_options_come_before_the_session(session, tmp_path):
     home = drawn(session, tmp_path / "home.npy", "--view", "30,20,0,1")
     unlit = drawn(session, tmp_path / "unlit.npy", "--lighting", "none")
     np.testing.assert_array_equal(kept, same)
+    shown = np.ones(read_volume(Session.load(session).volume).voxels.shape, bool)
+    shown[:, :, : shown.shape[2] // 2] = False
+    write_mask(tmp_path / "half.nii", Mask.of(shown), read_volume(Session.load(session).volume))
+    half = drawn(session, tmp_path / "half.npy", "--mask", str(tmp_path / "half.nii"))
+    assert np.abs(kept - half).max() > 0.05
     assert np.abs(kept - home).max() > 0.05
     assert np.abs(kept - unlit).max() > 0.05
 
