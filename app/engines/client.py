@@ -12,7 +12,7 @@ from typing import Literal, TypeVar
 from PySide6.QtCore import QObject, Signal
 
 from app.engines.messages import EngineReady, Progress, Result
-from app.engines.requests import IMAGES, Engine, ImageRequest, Request
+from app.engines.requests import IMAGES, IMAGES_B, Engine, ImageRequest, Request
 from app.engines.worker import EngineWorker
 
 EngineName = Literal["exact", "learned"]  # the ray caster, or a generator
@@ -117,7 +117,11 @@ class Channels(dict[_K, Channel]):
         take: Callable[[_K, Result], object],
         parent: QObject,
     ) -> None:
-        super().__init__({key: Channel(each, name, parent) for key, each in clients.items()})
+        super().__init__()
+        for key, each in clients.items():
+            # One engine may draw two of the images.
+            is_taken = any(channel.client is each for channel in self.values())
+            self[key] = Channel(each, f"{name}: {key}" if is_taken else name, parent)
         for key, channel in self.items():
             channel.answered.connect(partial(take, key))
 
@@ -136,7 +140,8 @@ class EngineClient(QObject):
     """Runs one engine at a time in a worker thread and tracks its state.
 
     Whoever asks it opens a :class:`Channel`. The state depends on the channel of its own `images`
-    only; its `text` says what the engine waits for, why it draws nothing, or the error.
+    only, not on that of B's; its `text` says what the engine waits for, why it draws nothing, or
+    the error.
     """
 
     stateChanged = Signal(object)
@@ -159,6 +164,7 @@ class EngineClient(QObject):
         self._early: dict[str, Request] = {}
         self._channels: dict[str, Channel] = {}
         self.images = Channel(self, IMAGES, self)
+        self.images_b = Channel(self, IMAGES_B, self)
 
     @property
     def is_settled(self) -> bool:

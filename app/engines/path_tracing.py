@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from itertools import count
 
 from app.engines.drawer import Drawer, limits_of
@@ -40,6 +40,22 @@ TRACED_SECONDS = 2.0  # time of several small pictures up to which they are trac
 FORGOTTEN = 0.8  # factor of the expected time each time that it was too long
 
 
+@dataclass
+class _Tracing:
+    """What is traced for one pane, what comes of it, and what has come."""
+
+    inputs: SceneInputs
+    raster: Raster
+    coming: Iterator[Refined] = field(default_factory=lambda: iter(()))
+    last: Refined | None = None
+    spent: float = 0.0  # seconds for all that has come
+    watch: Watch = UNWATCHED
+    is_given_up: bool = False
+
+    def is_wanted(self) -> bool:
+        return self.watch.is_wanted()
+
+
 class PathTracingEngine(RendererEngine):
     """The path tracer as an engine: images have ever more samples, and an estimated error.
 
@@ -60,12 +76,8 @@ class PathTracingEngine(RendererEngine):
         self._soft: Drawer | None = None
         self._sizes = Sizes(FIRST_SLOW_SCALE)
         self._details = ""
-        # What is traced, what comes of it, and what has come, in how many seconds all together.
-        self._traced: tuple[SceneInputs, Raster] | None = None
-        self._coming: Iterator[Refined] = iter(())
-        self._last: Refined | None = None
-        self._seconds = self._spent = 0.0
-        self._watch = UNWATCHED
+        self._traced: dict[str, _Tracing] = {}  # by the channel
+        self._seconds = 0.0
 
     @property
     def description(self) -> str:
@@ -91,9 +103,9 @@ class PathTracingEngine(RendererEngine):
 
     def _resting(self, request: ImageRequest, watch: Watch, width: int) -> Iterator[Image]:
         """Trace more and more samples of each pixel, on from where the same scene's image ended."""
-        inputs, whole = request.inputs, request.quality.pixels
-        if self._last is not None and self._traced is not None and self._traced[0] == inputs:
-            width = max(width, self._last.rgba.shape[1])
+        whole, traced = request.quality.pixels, self._traced.get(request.channel)
+        if traced is not None and traced.last is not None and traced.inputs == request.inputs:
+            width = max(width, traced.last.rgba.shape[1])
         if width < whole.width and self._sizes.is_slow(SAMPLE, whole, SOON_SECONDS):
             for image in self._first(request, watch, width):
                 yield replace(image, is_last=False)
@@ -117,42 +129,39 @@ class PathTracingEngine(RendererEngine):
         self, request: ImageRequest, raster: Raster, is_last: bool, watch: Watch
     ) -> Iterator[Image]:
         """Draw an image with ever more samples, or with one, if a finer image follows."""
-        self._watch = watch
-        if self._traced != (request.inputs, raster):
-            self._traced, self._last = (request.inputs, raster), None
-            self._spent = 0.0
-            self._coming = self._refining.refined(
-                request.inputs, raster, MOST_SAMPLES, self._is_wanted, self._distance
+        traced, scene = self._traced.get(request.channel), (request.inputs, raster)
+        if traced is None or traced.is_given_up or (traced.inputs, traced.raster) != scene:
+            traced = self._traced[request.channel] = _Tracing(*scene)
+            traced.coming = self._refining.refined(
+                *scene, MOST_SAMPLES, traced.is_wanted, self._distance
             )
-        found, stop = self._last or self._go_on(raster), request.stop
+        traced.watch = watch
+        found, stop = traced.last or self._go_on(traced), request.stop
         while True:
             details = f", {found.samples} sample{'s' * (found.samples > 1)}"
             details += f", {found.deed}" if found.deed else ""
             is_enough = found.samples >= stop.samples or found.error <= stop.error
             # The next one has twice the samples.
-            is_late = 2 * self._spent > stop.refining_seconds
+            is_late = 2 * traced.spent > stop.refining_seconds
             is_enough = is_enough or (is_late and found.samples >= LEAST_SAMPLES)
             yield replace(self._image(found, details), is_last=is_last and is_enough)
             if is_enough or not is_last:
                 return
-            found = self._go_on(raster)
+            found = self._go_on(traced)
 
-    def _is_wanted(self) -> bool:
-        return self._watch.is_wanted()
-
-    def _go_on(self, raster: Raster) -> Refined:
+    def _go_on(self, traced: _Tracing) -> Refined:
         """Trace more samples."""
         begun = time.perf_counter()
-        self._last = next(self._coming, None)
-        if self._last is None:
+        traced.last = next(traced.coming, None)
+        if traced.last is None:
             # It has ended, as it is no longer wanted.
-            self._traced = None
+            traced.is_given_up = True
             raise SupersededError
         self._seconds = time.perf_counter() - begun
-        self._spent += self._seconds
-        if self._last.samples == 1:
-            self._sizes.note(SAMPLE, raster.side, self._seconds)
-        return self._last
+        traced.spent += self._seconds
+        if traced.last.samples == 1:
+            self._sizes.note(SAMPLE, traced.raster.side, self._seconds)
+        return traced.last
 
     def _image(self, found: Refined, details: str) -> Image:
         self._details = details

@@ -15,6 +15,7 @@ from app.engines.drawer import Drawer, VtkElsewhere
 from app.engines.exactness import distance
 from app.engines.pace import SCALES, SOON_SECONDS, Sizes
 from app.engines.requests import (
+    IMAGES,
     UNWATCHED,
     Array,
     BatchRequest,
@@ -48,7 +49,7 @@ class RendererEngine(Engine):
 
     def __init__(self, drawer: Drawer) -> None:
         self._drawer = drawer
-        self._finest: tuple[SceneInputs, Image] | None = None
+        self._finest: dict[str, tuple[SceneInputs, Image]] = {}  # by the channel
 
     @property
     def description(self) -> str:
@@ -62,26 +63,26 @@ class RendererEngine(Engine):
 
     def images_of(self, request: ImageRequest, watch: Watch = UNWATCHED) -> Iterator[Image]:
         """Draw one image while something moves; at rest ever finer ones."""
-        inputs, whole = request.inputs, request.quality.pixels
+        inputs, whole, channel = request.inputs, request.quality.pixels, request.channel
         if request.quality.live:
             raster = self._moving_raster(whole, request.stop.live_seconds)
             image = self._moving(request, raster, watch)
-            self._finest = inputs, image
+            self._finest[channel] = inputs, image
             yield image
             return
-        if self._finest is not None and self._finest[0] != inputs:
-            self._finest = None
-        width = 0 if self._finest is None else self._finest[1].width
+        finest = self._finest.get(channel)
+        width = finest[1].width if finest is not None and finest[0] == inputs else 0
         for image in self._resting(request, watch, width):
             if not image.is_preview:
-                self._finest = inputs, image
+                self._finest[channel] = inputs, image
             yield image
 
     def trade(self, request: TradeRequest, watch: Watch = UNWATCHED) -> Array:
         """Measure images while something moves against the one at rest that was drawn last."""
-        if self._finest is None or self._finest[0] != request.inputs:
+        inputs, truth = self._finest.get(IMAGES, (None, None))
+        if truth is None or inputs != request.inputs:
             raise NotOfferedError("There is no image at rest to measure others against.")
-        whole, (_inputs, truth) = request.quality.pixels, self._finest
+        whole = request.quality.pixels
         found: list[tuple[float, float]] = []
         for scale in sorted(SCALES):
             watch.go_on()

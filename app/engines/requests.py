@@ -19,6 +19,7 @@ from model.scene.scene import Scene
 from model.sensitivity.display import Measure
 
 IMAGES = "images"  # name of the channel whose images an engine's pane shows
+IMAGES_B = "images of B"  # of the scene that the pane B compares with that of A
 
 Array = NDArray[np.float32]
 

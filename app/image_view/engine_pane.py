@@ -13,7 +13,7 @@ from PySide6.QtWidgets import QVBoxLayout, QWidget
 from app import theme
 from app.caption_button import CaptionButton, Tone
 from app.controls import fill
-from app.engines.client import EngineClient, EngineName, EngineState
+from app.engines.client import Channel, EngineClient, EngineName, EngineState
 from app.engines.messages import Result
 from app.engines.requests import Request
 from app.image_view.image_canvas import LEAST_PROGRESS, ImageCanvas, to_qimage
@@ -21,6 +21,7 @@ from app.image_view.picture import BLACK, Background
 from app.number_box import short
 from app.state.at_work import PATIENCE_MS
 from app.state.brightness import Brightness
+from app.state.edited_tf import PaneName
 from model.scene.inputs import SceneInputs
 
 WITHOUT_IMAGE = (EngineState.WAITING, EngineState.LOADING, EngineState.PAUSED)
@@ -36,7 +37,10 @@ MOST_PROGRESS = 0.94  # of an image that is not there in full yet
 
 
 class EnginePane(QWidget):
-    """Shows one engine's image. Its caption says how it was drawn; of a single image, its light."""
+    """Shows one engine's image. Its caption says how it was drawn; of a single image, its light.
+
+    The images are those of a channel, without one of the client's first.
+    """
 
     imageShown = Signal(object, object)  # emitted with inputs and float32 image (H, W, 4)
     resultShown = Signal(object)  # with the Result of the image that is shown
@@ -48,10 +52,11 @@ class EnginePane(QWidget):
         client: EngineClient,
         brightness: Brightness,
         engine: EngineName,
-        parent: QWidget | None = None,
+        channel: Channel | None = None,
     ) -> None:
-        super().__init__(parent)
-        self.client = client
+        super().__init__()
+        self.client, self.channel = client, channel or client.images
+        self.name: PaneName = "B" if channel is client.images_b else "A"
         self.brightness = brightness
         self.engine: EngineName = engine  # whose light its images have
         self._newest = -1
@@ -77,8 +82,8 @@ class EnginePane(QWidget):
         for signal, slot in (
             (self.canvas.resized, self._show_status),
             (client.stateChanged, self._show_state),
-            (client.images.asked, self._wait),
-            (client.images.answered, self._show_result),
+            (self.channel.asked, self._wait),
+            (self.channel.answered, self._show_result),
             (brightness.changed, self._show_brightness),
         ):
             signal.connect(slot)
@@ -118,6 +123,11 @@ class EnginePane(QWidget):
         self._name, self._who, self._tip = title, who, tip
         self._show_status()
 
+    def set_title(self, title: str) -> None:
+        """Say what the pane's images are."""
+        self._name = title
+        self._show_status()
+
     def name_cover(self, title: str, detail: str = "", tip: str = "") -> None:
         """Have the caption name the picture that covers the image; empty for the image again."""
         self._cover = (title, detail, tip) if title else ("", "", "")
@@ -135,6 +145,9 @@ class EnginePane(QWidget):
         return self.caption.detail
 
     def _show_state(self, state: EngineState) -> None:
+        if state is EngineState.SETTLED and self.channel.is_pending:
+            # What has settled is the other image of the same engine.
+            state = EngineState.WORKING
         if state is EngineState.LOADING:
             # Another light, perhaps: whatever is shown is not of it.
             self._shown = None
@@ -169,7 +182,9 @@ class EnginePane(QWidget):
             return
         self._is_finer_next = not result.is_last
         self._newest = request.sequence
-        assert result.image is not None
+        if result.image is None:
+            self.canvas.show_message(result.error or "", theme.ON_IMAGE.error)
+            return
         rgba = result.image.rgba
         self._rgba = rgba
         self.canvas.show_image(self._picture(rgba))

@@ -75,6 +75,7 @@ class KeyedWidget(QWidget):
 
 _MARGIN = 14
 
+LETTER = 20  # side of the names of A and B at the line between them, in pixels
 PROGRESS_HEIGHT = 2  # of the line that says how much of an image is there, in pixels
 LEAST_PROGRESS = 0.06  # part of that line that is painted as soon as an image is under way
 LEAST_GAP = 8  # pixels next to a picture that are not only rounding of its proportions
@@ -126,6 +127,8 @@ class ImageCanvas(KeyedWidget):
     resized = Signal()  # when the number of pixels on the screen has changed
     background = Painted[Background](BLACK)
     cover = Painted[QImage | None](None)  # in the image's place
+    wiped = Painted["tuple[ImageCanvas, int] | None"](None)  # whose image is to the right of where
+    is_edited = Painted[bool](False)  # whether a frame says that the TF editor edits its TF
     progress = Painted[float | None](None)  # part of the image that is there, 0..1; None for all
     below_message = Painted[QWidget | None](None)  # messages are above it, not in the middle
 
@@ -223,11 +226,9 @@ class ImageCanvas(KeyedWidget):
         if self.image is not None:
             painter.setOpacity(0.3 if self.message else 1.0)
             rect = self.picture_rect
-            if self.cover is None:
-                painter.drawImage(rect, self.image)
-            else:
-                is_square = self.cover.width() == self.cover.height()
-                painter.drawImage(self.image_rect if is_square else rect, self.cover)
+            self._paint_picture(painter, self)
+            if self.wiped is not None:
+                self._paint_wiped(painter, *self.wiped)
             painter.setOpacity(1.0)
             # Where a picture ends, the volume may be cut: that is to be seen.
             painter.setPen(QPen(QColor(theme.ON_IMAGE.line), 1))
@@ -246,8 +247,37 @@ class ImageCanvas(KeyedWidget):
             self._paint_message(painter)
         if self.progress is not None:
             paint_progress(painter, self.rect(), self.progress)
+        if self.is_edited:
+            painter.setBrush(Qt.BrushStyle.NoBrush)
+            painter.setPen(QPen(QColor(theme.ON_IMAGE.change), 1))
+            painter.drawRect(self.rect().adjusted(0, 0, -1, -1))
         self._paint_ring(painter)
         painter.end()
+
+    def _paint_picture(self, painter: QPainter, of: ImageCanvas) -> None:
+        """Paint a canvas's cover or image at the place of this one's image."""
+        if of.cover is not None:
+            is_square = of.cover.width() == of.cover.height()
+            painter.drawImage(self.image_rect if is_square else self.picture_rect, of.cover)
+        elif of.image is not None:
+            painter.drawImage(self.picture_rect, of.image)
+
+    def _paint_wiped(self, painter: QPainter, other: ImageCanvas, at: int) -> None:
+        """Paint another canvas's picture to the right of a line."""
+        painter.save()
+        painter.setClipRect(self.rect().adjusted(at, 0, 0, 0))
+        paint_background(painter, self.rect(), self.background)
+        self._paint_picture(painter, other)
+        painter.restore()
+        for color, width in ((theme.ON_IMAGE.window, 3), (theme.ON_IMAGE.text, 1)):
+            painter.setPen(QPen(QColor(color), width))
+            painter.drawLine(at, 0, at, self.height())
+        middle, flags = self.height() // 2, Qt.AlignmentFlag.AlignCenter
+        for text, left in (("A", at - LETTER - 4), ("B", at + 4)):
+            box = QRect(left, middle, LETTER, LETTER)
+            painter.fillRect(box, QColor(theme.ON_IMAGE.panel))
+            painter.setPen(QColor(theme.ON_IMAGE.text))
+            painter.drawText(box, flags, text)
 
     def _paint_message(self, painter: QPainter) -> None:
         painter.setPen(QColor(self._message_color))

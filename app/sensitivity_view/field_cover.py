@@ -179,7 +179,7 @@ class FieldCover(QObject):
         changed: Callable[[], object],
     ) -> None:
         super().__init__(pane)
-        self._pane, self._asker = pane, asker
+        self.pane, self._asker = pane, asker
         self._state, self._asked = asker.state, asker.asked
         self._choose, self._changed = choose, changed
         self._images: dict[SceneInputs, tuple[float, NDArray[np.float32]]] = {}
@@ -235,7 +235,7 @@ class FieldCover(QObject):
         was_shown, self._what_if = self._what_if is not None, answer
         if answer is None:
             if was_shown:
-                self._pane.name_cover("")
+                self.pane.name_cover("")
             self._uncover()
             self.refresh()
             return
@@ -246,7 +246,7 @@ class FieldCover(QObject):
         self._caption = f"{short(self._scale)} (brighter): difference of pixel values by {edit}"
         self._show(colored, "signed", "change by the edit")
         detail = f"{edit}: changes by {change_text(what_if.rmse)}, {answer.source}"
-        self._pane.name_cover("What if", detail, self._caption)
+        self.pane.name_cover("What if", detail, self._caption)
 
     def _take_image(self, inputs: SceneInputs, image: NDArray[np.float32]) -> None:
         now = time.monotonic()
@@ -256,7 +256,7 @@ class FieldCover(QObject):
 
     def _check_stop(self, state: EngineState) -> None:
         """Uncover a pane that has lost its image, or whose image is another engine's."""
-        if self._pane.canvas.image is None or state is EngineState.LOADING:
+        if self.pane.canvas.image is None or state is EngineState.LOADING:
             self._images.clear()
             self.show_what_if(None)
 
@@ -265,15 +265,15 @@ class FieldCover(QObject):
         self.bar.hide()
         # What another has laid there, such as a picture of the map, is not this one's to take.
         if was_shown is not None:
-            self._pane.canvas.cover = None
-            self._pane.name_cover("")
+            self.pane.canvas.cover = None
+            self.pane.name_cover("")
             self._changed()
-        self._pane.canvas.update()
+        self.pane.canvas.update()
 
     def _show(self, colored: NDArray[np.float64], measure: Shown, meaning: str) -> None:
         """Cover the image by a picture, whose colours are said in the bar."""
         self._shown_as = measure
-        self._pane.canvas.cover = to_qimage(colored.astype(np.float32))
+        self.pane.canvas.cover = to_qimage(colored.astype(np.float32))
         high = f"{100 * self._scale:.0f} %" if measure == "visible" else short(self._scale)
         texts = ("0", high, meaning)
         if measure == "signed":
@@ -314,7 +314,7 @@ class FieldCover(QObject):
         self._name(f"Where {values} is visible", answer)
 
     def _name(self, title: str, answer: Answer[Any]) -> None:
-        self._pane.name_cover(title, answer.source, self._caption)
+        self.pane.name_cover(title, answer.source, self._caption)
 
     @property
     def _keeps_scale(self) -> bool:

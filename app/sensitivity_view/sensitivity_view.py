@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any
 
@@ -49,8 +49,7 @@ class SensitivityView(QObject):
     def __init__(
         self,
         workspace: Workspace,
-        generator: EnginePane,
-        reference: EnginePane,
+        panes: Sequence[EnginePane],
         editor: TransferFunctionEditor,
         parent: QObject,
     ) -> None:
@@ -58,7 +57,7 @@ class SensitivityView(QObject):
         self._workspace, self._editor = workspace, editor
         self._asker = asker = workspace.sensitivity
         self._state, self._asked = asker.state, asker.asked
-        self._panes = generator, reference
+        self._panes = generator, reference, pane_b = panes
         self._what_if_shown: Trial | None = None
         canvases = [pane.canvas for pane in self._panes]
         finder = workspace.pieces
@@ -67,10 +66,11 @@ class SensitivityView(QObject):
             RegionLayer(canvas, self._asked, partial(self._name_values_at, n), self._open_panel)
             for n, canvas in enumerate(canvases)
         ]
-        self.learned = FieldCover(
-            generator, asker, lambda: self._field("learned"), self._show_one_bar
-        )
-        self.exact = FieldCover(reference, asker, lambda: self._field("exact"), self._show_one_bar)
+        self.covers = [
+            FieldCover(pane, asker, partial(self._field, pane), self._show_one_bar)
+            for pane in (reference, pane_b, generator)
+        ]
+        self.exact, self.exact_b, self.learned = self.covers
         area = editor.area
         self.mouse = PlotMouse(area, self._state, self._asked)
         self.visible = VisibleLayer(area, asker)
@@ -110,9 +110,9 @@ class SensitivityView(QObject):
         """Return what is shown anew after a change, in this order."""
         regions, labels, covers = (
             tuple(part.refresh for part in parts)
-            for parts in (self.regions, self.labels, (self.exact, self.learned))
+            for parts in (self.regions, self.labels, self.covers)
         )
-        bars = self.exact.bar.place, self.learned.bar.place
+        bars = [cover.bar.place for cover in self.covers]
         visible, responses, band = self.visible, self.responses, self.band
         findings, what_if, chips = self.findings, self.what_if, self.chips
         return {
@@ -149,6 +149,7 @@ class SensitivityView(QObject):
         self._asked.finished.connect(self._refresh)
         self._asker.answered.connect(self._refresh_soon)
         state.inputsChanged.connect(self._follow_inputs)
+        state.tf_input.paneChanged.connect(partial(self._refresh, "field"))
         state.inputsChangeFinished.connect(partial(self._refresh, "rest"))
         for changed in (area.axisChanged, area.heightChanged):
             changed.connect(partial(self._refresh, "axis"))
@@ -177,7 +178,7 @@ class SensitivityView(QObject):
         self._refresh_soon("inputs")
 
     def _take_hint(self, hint: str) -> None:
-        for cover in (self.exact, self.learned):
+        for cover in self.covers:
             cover.set_hint(hint)
         self.source.set_hint(hint)
         self.chips.say_source(self.source.said)
@@ -265,35 +266,42 @@ class SensitivityView(QObject):
             return None
         return _shown_result(self._asker, self._image(self._state.inputs), opened.volume.units)
 
-    def _field(self, wanted: EngineName) -> Answer[Any] | None:
-        band = self._asked.band
+    def _field(self, pane: EnginePane) -> Answer[Any] | None:
+        band, wanted = self._asked.band, pane.engine
+        if wanted == "exact" and pane is not self._edited:
+            return None
         if band is not None and not band.effect:
             # It is the same by any engine: one image shows it, and the other stays as it is.
-            return self._asker.seen if wanted == self._left else None
+            return self._asker.seen if pane is self._left else None
         # Each image has its own engine's, not meanwhile the other's, which would be taken for it.
         other: EngineName = "learned" if wanted == "exact" else "exact"
         name = wanted if wanted in self._asker.engines else other
         return self._asker.fields.get(self._asker.source(name))
 
     @property
-    def _left(self) -> EngineName:
-        """Whose pane is the left one of those that show an image."""
+    def _edited(self) -> EnginePane:
+        """The one of A and B whose TF is edited, and so asked about."""
+        _, reference, pane_b = self._panes
+        return pane_b if self._state.tf_input.pane == "B" else reference
+
+    @property
+    def _left(self) -> EnginePane:
+        """The left one of the panes that show an image; of A and B the one that is edited."""
+        if self._state.tf_input.compares:
+            return self._edited
         seen = [pane for pane in self._panes if not pane.isHidden()]
         shown = [pane for pane in seen if pane.canvas.image is not None] or seen or self._panes
-        left = min(shown, key=lambda pane: pane.x())
-        return "learned" if left is self._panes[0] else "exact"
+        return min(shown, key=lambda pane: pane.x())
 
     def _show_one_bar(self) -> None:
-        covers = [self.learned, self.exact]
-        if self._left == "exact":
-            covers.reverse()
+        covers = sorted(self.covers, key=lambda cover: cover.pane is not self._left)
         shown = [cover for cover in covers if cover.caption]
         for cover in covers:
             cover.bar.setVisible(cover in shown[:1])
 
     def _image(self, inputs: SceneInputs) -> NDArray[np.float32] | None:
-        image = self.exact.image_of(inputs)
-        return self.learned.image_of(inputs) if image is None else image
+        images = (cover.image_of(inputs) for cover in self.covers)
+        return next((image for image in images if image is not None), None)
 
     def _shown_colors(self) -> NDArray[np.float32]:
         image = self._image(self._state.inputs)
@@ -310,10 +318,11 @@ class SensitivityView(QObject):
         answer = self.what_if.shown
         before, self._what_if_shown = self._what_if_shown, answer
         if answer is not None and answer is not before:
-            cover = self.learned if answer.source == "learned" else self.exact
+            exact = self.exact_b if self._state.tf_input.pane == "B" else self.exact
+            cover = self.learned if answer.source == "learned" else exact
             cover.show_what_if(answer, self.what_if.edit_text)
         elif answer is None and before is not None:
-            for cover in (self.exact, self.learned):
+            for cover in self.covers:
                 cover.show_what_if(None)
         self.findings.show_result()
         self.band.ask_edit(self.what_if.is_on)

@@ -167,7 +167,8 @@ class EditedInput(QObject, Generic[T]):
         else:
             text = text or self._name(self._value)
             self.is_edited = True
-            self._history.change(self._show, self._before, self._value, text, merge_key)
+            shows = self._shows_again()
+            self._history.change(shows, self._before, self._value, text, merge_key)
 
     def cancel(self) -> None:
         """Go back to the value from before the drag, if there is one."""
@@ -188,6 +189,10 @@ class EditedInput(QObject, Generic[T]):
         self._value = value
         self.changed.emit(value)
         self.changeFinished.emit(value)
+
+    def _shows_again(self) -> Callable[[Any], object]:
+        """Return what shows a value that is undone or redone."""
+        return self._show
 
     def _show(self, value: T) -> None:
         # The end of a drag does not change the value, so that nothing is redrawn.

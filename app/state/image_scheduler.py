@@ -7,12 +7,13 @@ from dataclasses import replace
 from PySide6.QtCore import QObject
 
 from app.engines.background import Pause
-from app.engines.client import Clients, EngineClient
+from app.engines.client import Channel, Clients, EngineClient
 from app.engines.exactness import STOPS, USUAL
 from app.engines.messages import Result
 from app.engines.requests import ImageRequest, Quality
 from app.state.viewer_state import ViewerState
 from model.rendering.raster import Raster
+from model.scene.inputs import SceneInputs
 from model.scene.value_scale import ValueScale
 
 NO_MODEL_SIZE = 512  # size of the reference image until its pane's is known, in pixels
@@ -24,7 +25,8 @@ class ImageScheduler(QObject):
 
     While something moves, each of them is asked for one image at a time; once that is there, the
     next is of the newest state. At rest each is asked once, and its images become better. The
-    analyst's answers, which need the same processors, wait for the first sharp one.
+    analyst's answers, which need the same processors, wait for the first sharp one. Where B is
+    compared with A, the reference draws both in turn, each in half of the time.
     """
 
     def __init__(self, state: ViewerState, clients: Clients, parent: QObject) -> None:
@@ -39,26 +41,31 @@ class ImageScheduler(QObject):
         self.generator_follows = False
         # Clients whose images are out of sight: they are asked for none.
         self.hidden: frozenset[EngineClient] = frozenset()
+        self.compares = False  # whether B is in sight
+        self._drawn: dict[Channel, SceneInputs] = {}  # what was asked for last
         # Of the volume that is drawn: nothing is asked for under a TF of another scale, which is
         # there for a moment until the volume follows it.
         self.scale: ValueScale = "linear"
         self._patience = Pause(self, HOLD_MS, self.end)
         state.inputsChanged.connect(self._ask_moving)
         state.inputsChangeFinished.connect(self.send)
-        for client in (self._generator, self._reference):
+        self._of_reference = self._reference.images, self._reference.images_b
+        self._channels = self._generator.images, *self._of_reference
+        for channel in self._channels:
             # Before the answer is shown: the engine draws the next image meanwhile.
-            client.images.pendingChanged.connect(self._ask_next)
-        self._reference.images.answered.connect(self._let_go_if_sharp)
+            channel.pendingChanged.connect(self._ask_next)
+        for channel in self._of_reference:
+            channel.answered.connect(self._let_go_if_sharp)
         self._reference.settled.connect(self.end)
 
     def send(self) -> None:
         """Ask for images of the present state at rest, where they are not on their way."""
-        self._ask(self._generator)
-        self._ask(self._reference)
+        for channel in self._channels:
+            self._ask(channel)
 
     def show_trade(self) -> None:
         """Have the present state drawn as while something moves, and then at rest."""
-        self._ask(self._reference, live=True)
+        self._ask(self._reference.images, live=1)
 
     def end(self) -> None:
         """Hold nothing back any more."""
@@ -70,15 +77,31 @@ class ImageScheduler(QObject):
         if not self._state.live:
             return
         self.end()
-        self._ask(self._generator, live=True)
+        self._ask(self._generator.images, live=1)
         if self.generator_follows and self._generator not in self.hidden:
             self._reference.images.cancel()
+        elif not self.compares:
+            self._ask(self._reference.images, live=1)
         else:
-            self._ask(self._reference, live=True)
+            self._ask_both()
+
+    def _ask_both(self) -> None:
+        """Ask for A and B while something moves; the one that does not change rests meanwhile."""
+        changed = [
+            each for each in self._of_reference if self._drawn.get(each) != self._inputs(each)
+        ]
+        for channel in self._of_reference:
+            if channel in changed:
+                self._ask(channel, live=len(changed))
+            elif channel.is_pending and channel.newest and not channel.newest.quality.live:
+                # It becomes better once nothing moves.
+                channel.cancel()
+
+    def _inputs(self, channel: Channel) -> SceneInputs:
+        return self._state.inputs_of("B" if channel is self._reference.images_b else "A")
 
     def _ask_next(self, is_pending: bool) -> None:
-        channels = self._generator.images, self._reference.images
-        moving = [each for each in channels if each.newest and each.newest.quality.live]
+        moving = [each for each in self._channels if each.newest and each.newest.quality.live]
         if is_pending or all(channel.is_pending for channel in moving):
             return
         if self._state.live:
@@ -87,18 +110,25 @@ class ImageScheduler(QObject):
             # What has been traded was shown, or it came late.
             self.send()
 
-    def _ask(self, client: EngineClient, live: bool = False) -> None:
-        if client in self.hidden or self._state.scale != self.scale:
+    def _ask(self, channel: Channel, live: int = 0) -> None:
+        """Ask for an image at rest, or for one of so many (`live`) while something moves."""
+        client, stop, inputs = channel.client, self.stop, self._inputs(channel)
+        is_b = channel is self._reference.images_b
+        if client in self.hidden or (is_b and not self.compares):
             return
-        channel, stop = client.images, self.stop
+        if inputs.opacity_tf.scale != self.scale:
+            return
         newest = channel.newest
         is_moving = newest is not None and newest.quality.live
         if live and is_moving and channel.is_pending and client.is_ready:
             return
         if self.generator_follows and client is self._generator:
             stop = replace(stop, samples=1)
-        quality = Quality(self.raster.shorter, live=live, raster=self.raster)
-        request = ImageRequest(self._state.inputs, quality, stop, self.is_fixed)
+        if live > 1:
+            stop = replace(stop, live_seconds=stop.live_seconds / live)
+        quality = Quality(self.raster.shorter, live=live > 0, raster=self.raster)
+        request = ImageRequest(inputs, quality, stop, self.is_fixed)
+        self._drawn[channel] = inputs
         if request != newest:
             if client is self._reference and client.is_ready and not live:
                 self._analyst.hold(True)

@@ -106,6 +106,8 @@ class VolumeMemory:
     path: str = ""
     models: tuple[str, ...] = ()  # folders of models that were opened with it, the newest first
     tf: TransferFunction | None = None
+    tf_b: TransferFunction | None = None  # that A's, `tf`, is compared with
+    compares: bool = False  # whether B is shown
     up_axis: Literal["", "+x", "-x", "+y", "-y", "+z", "-z"] = ""
     raw_layout: str = ""
     choice: str = ""

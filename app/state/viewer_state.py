@@ -13,6 +13,7 @@ from PySide6.QtCore import QObject, Signal
 
 from app.engines.background import Pause
 from app.state.brightness import Brightness
+from app.state.edited_tf import EditedTF, PaneName
 from app.state.edits import EditedInput, EditHistory
 from app.state.view_navigation import HOME_VIEW, ViewNavigation
 from model.scene.crop import CropBox
@@ -81,9 +82,7 @@ class ViewerState(ViewNavigation):
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self.edits = EditHistory(self)
-        self.tf_input: EditedInput[TransferFunction] = EditedInput(
-            EMPTY_TF, "drag", self.edits, self
-        )
+        self.tf_input = EditedTF(EMPTY_TF, self.edits, self)
         self.light_input = _EditedLight(None, "move light", self.edits, self)
         self.crop_input = _EditedCrop(None, "crop", self.edits, self)
         self.interpolation_input: EditedInput[bool | None] = EditedInput(
@@ -109,7 +108,7 @@ class ViewerState(ViewNavigation):
 
     @property
     def transfer_function(self) -> TransferFunction:
-        """The current TF, over the volume's scalar range."""
+        """The TF under edit, over the volume's scalar range."""
         return self.tf_input.value
 
     @property
@@ -160,9 +159,14 @@ class ViewerState(ViewNavigation):
 
     @property
     def inputs(self) -> SceneInputs:
-        """Current scene inputs of the images."""
+        """Current scene inputs of the pane that has the focus."""
+        return self.inputs_of(self.tf_input.pane)
+
+    def inputs_of(self, pane: PaneName) -> SceneInputs:
+        """Return a pane's current scene inputs: all but the TF are shared."""
         others = {name: each.value for name, each in self.edited.items()}
-        return SceneInputs.of(self._view, self.transfer_function, **others)
+        tf = self.tf_input.of(pane) or self.transfer_function
+        return SceneInputs.of(self._view, tf, **others)
 
     @property
     def scalar_range(self) -> Range:
@@ -195,7 +199,8 @@ class ViewerState(ViewNavigation):
         """Start editing another volume's TF, clearing the undo stack.
 
         Without a current TF, which is fitted to the scalar range, it is the default. Other inputs
-        have first values by name; the light stays, see :meth:`start_light`.
+        have first values by name, and B a TF (`tf_b`) if there is one, shown where it `compares`;
+        the light stays, see :meth:`start_light`.
         """
         self.volumeStarting.emit()
         self.edits.stack.clear()
@@ -205,7 +210,12 @@ class ViewerState(ViewNavigation):
         for name, each in self.edited.items():
             if each is not self.light_input:
                 each.start(others.get(name))
-        self.tf_input.start(fit_to_range(current, default.scalar_range))
+        tf_b, scalar_range = others.get("tf_b"), default.scalar_range
+        if tf_b is not None:
+            is_alike = tf_b.scale == default.scale
+            tf_b = fit_to_range(tf_b, scalar_range) if is_alike else None
+        compares = bool(others.get("compares"))
+        self.tf_input.start(fit_to_range(current, scalar_range), tf_b, compares)
 
     @property
     def default_transfer_function(self) -> TransferFunction:

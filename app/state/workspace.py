@@ -104,10 +104,12 @@ class Workspace(QObject):
     def _connect(self) -> None:
         state, work, generator = self._state, self.reference, self._clients.generator
         reference = self._clients.reference
+        images = generator.images, reference.images, reference.images_b
         wires: list[tuple[SignalInstance, Callable[..., object]]] = [
             (state.inputsChangeFinished, self._update_hint),
             (state.tf_input.changeFinished, self.opening.follow),
             (state.edits.edited, self._keep_edits),
+            (state.tf_input.paneChanged, self._keep_b),
             (state.viewChangeFinished, lambda view: self._keep(view=view)),
             (self._asked.changed, self._keep_changed_regions),
             (self._asked.finished, lambda _what: self._keep_regions()),
@@ -118,7 +120,8 @@ class Workspace(QObject):
             (work.analystReplaced, self._restart_questions),
             (generator.engineReady, self._generator_ready),
             (generator.stateChanged, self._follow_failure),
-            *((client.images.answered, self.sensitivity.follow_image) for client in self._images),
+            *((channel.answered, self.sensitivity.follow_image) for channel in images),
+            (reference.images_b.pendingChanged, lambda _is_pending: self._report_settled()),
             *((client.settled, self._report_settled) for client in self._images),
             # A model that is loaded takes the processor from the first picture.
             (reference.images.answered, lambda _result: self.model.begin()),
@@ -146,6 +149,7 @@ class Workspace(QObject):
     def is_settled(self) -> bool:
         """True if both images are final or replaced by a message."""
         drawn = all(c in self._scheduler.hidden or c.is_settled for c in self._images)
+        drawn = drawn and not self._clients.reference.images_b.is_pending
         return drawn and not (self.opening.is_busy or self.reference.is_preparing)
 
     def open_model(self, folder: Path | None) -> None:
@@ -171,12 +175,14 @@ class Workspace(QObject):
                 return fit_to_range(transfer_function, volume.scalar_range)
         return fit_to_volume(transfer_function, self._opened.volume)
 
-    def show_images(self, generator: bool, reference: bool) -> None:
+    def show_images(self, generator: bool, reference: bool, b: bool) -> None:
         """Say which images are in sight; others are not drawn."""
         seen = zip(self._images, (generator, reference), strict=True)
         hidden = frozenset(client for client, shown in seen if not shown)
-        missed = self._scheduler.hidden - hidden
-        self._scheduler.hidden = hidden
+        missed = bool(self._scheduler.hidden - hidden) or (b and not self._scheduler.compares)
+        self._scheduler.hidden, self._scheduler.compares = hidden, b
+        if not b:
+            self._clients.reference.images_b.cancel()
         if missed and self._opened is not None:
             self._scheduler.send()
 
@@ -244,6 +250,7 @@ class Workspace(QObject):
         self.reference.start(volume, self.model.scene_for(opened))
         if is_rescaled:
             self._state.set_default(opened.default)
+            self._state.tf_input.convert_other(self.fitted)
             self.scaleChanged.emit(opened)
             if self._state.scale != volume.scale:
                 self._state.tf_input.set(opened.default, SCALE_EDITS[volume.scale])
@@ -297,7 +304,12 @@ class Workspace(QObject):
             edited["light"] = None
         if "mask" in edited:
             edited["mask"] = self._mask_name(edited["mask"])
-        self._keep(tf=state.transfer_function, **edited)
+        self._keep(tf=state.tf_input.of("A"), **edited)
+        self._keep_b()
+
+    def _keep_b(self) -> None:
+        tf_input = self._state.tf_input
+        self._keep(tf_b=tf_input.of("B"), compares=tf_input.compares)
 
     def _mask_name(self, mask: Mask | None) -> str:
         """Keep the open volume's mask; return what its memory says of it."""
@@ -388,8 +400,8 @@ class Workspace(QObject):
             self.latent.restart()
 
     def _update_hint(self) -> None:
-        lighting = self.reference.settings.lighting
-        self.hintChanged.emit(self.model.hint(self._opened, self._state.inputs, lighting))
+        lighting, inputs = self.reference.settings.lighting, self._state.inputs_of("A")
+        self.hintChanged.emit(self.model.hint(self._opened, inputs, lighting))
 
     def _reference_comes_first(self) -> bool:
         """Whether the reference is about to show a picture, which a model would hold up."""

@@ -9,6 +9,7 @@ from PySide6.QtCore import QObject, QPoint, QPointF, QSize, Qt, Signal
 from PySide6.QtGui import QKeySequence, QMouseEvent, QResizeEvent, QShortcut
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QSplitter, QSplitterHandle, QVBoxLayout, QWidget
 
+from app.caption_button import CaptionButton
 from app.controls import fill
 from app.icons import IconButton
 from app.state.opened_volume import OpenedVolume
@@ -55,6 +56,8 @@ class TransferFunctionEditor(QFrame):
         self.card = ModeCard(self.area, self.moves, self.color)
         self.menu = TransferFunctionMenu(self.area, self.range, self.moves, self)
         self._add_button = IconButton("plus", "Add mode", "Insert")
+        self.pane_button = CaptionButton()  # names the one of A and B that is edited
+        self.pane_button.hide()
         self._is_new = False
         self._range: Range | None = None  # scalar range of the last finished edit
         self._lay_out()
@@ -69,6 +72,11 @@ class TransferFunctionEditor(QFrame):
         # The volume's TF follows.
         self._is_new = True
         self.setEnabled(True)
+
+    def show_pane(self, name: str) -> None:
+        """Name the pane whose TF is edited; empty where there is no other."""
+        self.pane_button.set_title(f"TF of {name}")
+        self.pane_button.setVisible(bool(name))
 
     def set_scale(self, data: PlotData) -> None:
         """Show the same volume on another scale."""
@@ -165,7 +173,8 @@ class TransferFunctionEditor(QFrame):
         """Parts that keys go to one after the other."""
         menu = self.menu
         self.header_controls: list[QWidget] = [
-            menu.presets_button, menu.colors_button, self._add_button, menu.button,
+            self.pane_button, menu.presets_button, menu.colors_button, self._add_button,
+            menu.button,
         ]  # fmt: skip
         self._header = fill(
             QHBoxLayout(header), *self.header_controls, 0, margins=(8, 0, 8, 0), spacing=4

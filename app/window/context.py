@@ -23,7 +23,7 @@ from model.volume_files import SUFFIXES
 
 @dataclass(frozen=True)
 class Context:
-    """The window with its state, its two images, and the places where it says something."""
+    """The window with its state, its images, and the places where it says something."""
 
     window: QMainWindow
     preferences: Preferences
@@ -34,13 +34,14 @@ class Context:
     analyst: EngineClient
     generator: EnginePane
     reference: EnginePane
+    pane_b: EnginePane
     notices: Notices
     status: StatusLine
 
     @property
-    def panes(self) -> tuple[EnginePane, EnginePane]:
-        """Both images."""
-        return self.generator, self.reference
+    def panes(self) -> tuple[EnginePane, ...]:
+        """The images."""
+        return self.generator, self.reference, self.pane_b
 
     def fail(self, text: str, key: str = "") -> None:
         """Show an error; it replaces the one with the same key."""

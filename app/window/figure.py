@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
@@ -29,7 +30,7 @@ from model.rendering.raster import at_size_of
 from model.rendering.scale_bar import Scale, ScaleBar
 from model.scene.inputs import SceneInputs
 from model.scene.transfer_function import TransferFunction
-from model.sensitivity.display import LEAST_DIFFERENCE, color_bar, overlay, scale_of
+from model.sensitivity.display import LEAST_DIFFERENCE, Measure, color_bar, overlay, scale_of
 
 TEXT_SIZE = 1 / 42  # height of the text relative to the shorter side of the image
 LEAST_TEXT = 10  # least height of the text in pixels
@@ -117,16 +118,15 @@ def paint_scale_bar(
 def paint_difference_bar(
     painter: QPainter,
     rect: QRect,
-    largest: float,
-    title: str,
+    compared: Comparison,
     background: Background | None = (0, 0, 0),
 ) -> None:
-    """Paint the colours of a difference at the lower right of an image, from 0 to the largest."""
+    """Paint the colours of a difference at the lower right of an image, with their ends."""
     text = text_size(rect)
     if not text:
         return
     pens = _pens(painter, text, background)
-    colors = np.rint(255 * color_bar("change", SHADES)).astype(np.uint8)[None]
+    colors = np.rint(255 * color_bar(compared.measure, SHADES)).astype(np.uint8)[None]
     strip = QImage(
         np.ascontiguousarray(colors).data, SHADES, 1, 3 * SHADES, QImage.Format.Format_RGB888
     )
@@ -138,11 +138,14 @@ def paint_difference_bar(
     outline.addRect(bar)
     pens.stroke(outline)
     painter.drawImage(bar, strip)
-    last = f"{largest:.2g}"
+    first, last = compared.ends
+    title = metrics.elidedText(
+        compared.title, Qt.TextElideMode.ElideRight, rect.width() - 2.4 * text
+    )
     pens.write(
         QPointF(bar.right() - metrics.horizontalAdvance(title), bar.top() - 0.5 * text), title
     )
-    pens.write(QPointF(bar.left(), bar.bottom() + 1.2 * text), "0")
+    pens.write(QPointF(bar.left(), bar.bottom() + 1.2 * text), first)
     pens.write(
         QPointF(bar.right() - metrics.horizontalAdvance(last), bar.bottom() + 1.2 * text), last
     )
@@ -250,10 +253,22 @@ def _paint_colors(
     painter.fillPath(curve, QBrush(gradient))
 
 
-Which = Literal["generator", "reference", "both", "difference"]
-"""What a figure shows: one of both images, both side by side, or how far they are apart."""
+Which = Literal["generator", "reference", "b", "both", "difference", "a_b", "a_b_difference"]
+"""What a figure shows: an image, two side by side, how far they are apart, or all of that."""
+
+PANELS: dict[Which, tuple[str, ...]] = {
+    "generator": ("generator",),
+    "reference": ("reference",),
+    "b": ("b",),
+    "both": ("generator", "reference"),
+    "difference": ("difference",),
+    "a_b": ("reference", "b"),
+    "a_b_difference": ("reference", "b", "difference"),
+}
+"""Images and difference of a figure, from left to right."""
 
 TITLES = {"generator": "Generator", "reference": "Ground truth"}
+TITLES_AB = {"reference": "A", "b": "B", "difference": "B − A"}
 
 GAP = 1 / 100  # distance of two images, relative to the figure's width
 
@@ -304,12 +319,12 @@ class Subject:
 
 
 def panels(look: FigureLook, which: Which) -> list[QRect]:
-    """Return where the images of a figure are: one, or two side by side."""
-    if which != "both":
-        return [QRect(0, 0, look.width, look.height)]
+    """Return where the images of a figure are, side by side."""
+    gaps = len(PANELS[which]) - 1
     gap = max(round(GAP * look.width), 1)
-    width = (look.width - gap) // 2
-    return [QRect(0, 0, width, look.height), QRect(look.width - width, 0, width, look.height)]
+    width = (look.width - gaps * gap) // (gaps + 1)
+    lefts = [number * (look.width - width) // max(gaps, 1) for number in range(gaps + 1)]
+    return [QRect(left, 0, width, look.height) for left in lefts]
 
 
 def figure(
@@ -318,21 +333,22 @@ def figure(
     which: Which,
     inputs: SceneInputs,
     subject: Subject,
+    tf_b: TransferFunction | None = None,
 ) -> QImage:
     """Return a figure of the images that it needs, each with its brightness, by their names.
 
-    An image is enlarged to its panel, in its own proportions. Raise :class:`RenderError` when there
-    is not enough memory.
+    An image is enlarged to its panel, in its own proportions; the inputs are A's. Raise
+    :class:`RenderError` when there is not enough memory.
     """
-    largest = 0.0
-    if which == "difference":
-        compared, largest = _difference(images)
-        shown = [("", compared)]
-    else:
-        names = [*TITLES] if which == "both" else [which]
-        shown = [
-            (name, compose(images[name][0], look.background, images[name][1])) for name in names
-        ]
+    names, compared = PANELS[which], None
+    shown = []
+    for name in names:
+        if name == "difference":
+            compared = Comparison.of(images)
+            shown.append((name, _opaque(compared.colored)))
+        else:
+            shown.append((name, compose(images[name][0], look.background, images[name][1])))
+    titles = TITLES_AB if "b" in names else TITLES | {"generator": subject.title}
     places = panels(look, which)
     if len(shown) == 1 and (shown[0][1].width(), shown[0][1].height()) == (look.width, look.height):
         result = shown[0][1]
@@ -353,16 +369,16 @@ def figure(
                 Qt.TransformationMode.SmoothTransformation,
             )
             painter.drawImage(rect, smooth)
-        if which == "both":
-            title = subject.title if name == "generator" else TITLES[name]
-            paint_caption(painter, rect, title, look.background)
-    background: Background | None = look.background
-    if which == "difference":
-        background = (0, 0, 0)
-        title = difference_title(compared.width())
-        paint_difference_bar(painter, rects[-1], largest, title, background)
-    elif look.legend:
-        paint_legend(painter, rects[-1], inputs.transfer_function, subject.units, background)
+        # The difference is opaque, on black.
+        background = (0, 0, 0) if name == "difference" else look.background
+        if len(names) > 1:
+            paint_caption(painter, rect, titles[name], background)
+        if name == "difference" and compared is not None:
+            paint_difference_bar(painter, rect, compared, background)
+        elif look.legend and (name == names[-1] or "b" in names):
+            tf = (tf_b if name == "b" else None) or inputs.transfer_function
+            paint_legend(painter, rect, tf, subject.units, background)
+    background = (0, 0, 0) if names[0] == "difference" else look.background
     if look.scale_bar and subject.scale is not None:
         bar = subject.scale.bar(inputs.view, inputs.crop)
         paint_scale_bar(painter, rects[0], bar, background)
@@ -378,36 +394,84 @@ def pixels_of(image: QImage) -> NDArray[np.uint8]:
     return pixels.copy()
 
 
-def difference_of(drawn: Image, truth: Image) -> NDArray[np.float64]:
-    """Root mean squared difference of the colours of each of the generator's pixels: (S, S).
+LUMINANCE = np.array([0.2126, 0.7152, 0.0722])  # of red, green and blue
 
-    The truth is mostly finer: what it shows in the middle of a pixel of the generator's (S, S, 3)
-    is compared. Means would count what any image of so few pixels lacks.
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """Comparison of two images (H, W, 3): of a generator's and the truth, or, signed, of B and A.
+
+    The truth is mostly finer than the generator's: what it shows in the middle of a pixel of the
+    generator's is compared. Means would count what any image of so few pixels lacks.
     """
-    # Not by model.metrics: it imports torch and more, without which the window starts.
-    one, other = (np.clip(np.nan_to_num(image), 0, 1) for image in (drawn, truth))
-    sampled = np.clip(at_size_of(one, other, sampled=True), 0, 1)
-    return np.sqrt(np.mean((one.astype(np.float64) - sampled) ** 2, axis=-1))
+
+    drawn: Image
+    truth: Image
+    is_signed: bool = False
+
+    @classmethod
+    def of(cls, images: Mapping[str, tuple[Rgba, float]]) -> Comparison:
+        """Compare images of a figure by their names, in colours of 0..1 or 0..255."""
+        name = "b" if "b" in images else "generator"
+        drawn, truth = (_colors(images[each][0]) for each in (name, "reference"))
+        return cls(drawn, truth, is_signed=name == "b")
+
+    @property
+    def measure(self) -> Measure:
+        """Measure of the colours of the difference."""
+        return "signed" if self.is_signed else "change"
+
+    @cached_property
+    def apart(self) -> NDArray[np.float64]:
+        """Differences of the colours of each of the drawn image's pixels, (H, W, 3)."""
+        # Not by model.metrics: it imports torch and more, without which the window starts.
+        one, other = (np.clip(np.nan_to_num(image), 0, 1) for image in (self.drawn, self.truth))
+        sampled = np.clip(at_size_of(one, other, sampled=True), 0, 1)
+        return one.astype(np.float64) - sampled
+
+    @property
+    def error(self) -> float:
+        """Root mean square of all differences."""
+        return float(np.sqrt(np.mean(self.apart**2)))
+
+    @cached_property
+    def difference(self) -> NDArray[np.float64]:
+        """Difference of each pixel (H, W): of luminance if signed, else the RMS of its colours."""
+        if self.is_signed:
+            return self.apart @ LUMINANCE
+        return np.sqrt(np.mean(self.apart**2, axis=-1))
+
+    @cached_property
+    def scale(self) -> float:
+        """Difference of the last colour."""
+        return scale_of(self.difference, LEAST_DIFFERENCE)
+
+    @property
+    def colored(self) -> NDArray[np.float64]:
+        """The drawn image with the difference over it, (H, W, 3)."""
+        return overlay(np.clip(self.drawn, 0, 1), self.difference, self.scale, self.measure)
+
+    @property
+    def ends(self) -> tuple[str, str]:
+        """Differences of the first and the last colour."""
+        last = f"{self.scale:.2g}"
+        return (f"−{last}", f"+{last}") if self.is_signed else ("0", last)
+
+    @property
+    def title(self) -> str:
+        """Meaning of the colours."""
+        height, width = self.difference.shape
+        what = "luminance of B − A" if self.is_signed else "difference from the ground truth"
+        return f"{what} at {width} × {height} pixels"
 
 
-def in_colors(drawn: Image, difference: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
-    """Return an image with a difference over it, (S, S, 3), and the value of the last colour."""
-    scale = scale_of(difference, LEAST_DIFFERENCE)
-    return overlay(drawn, difference, scale, "change"), scale
+def _colors(rgba: Rgba) -> Image:
+    full = 255 if rgba.dtype == np.uint8 else 1
+    return np.asarray(rgba[..., :3], np.float32) / np.float32(full)
 
 
-def difference_title(pixels: int) -> str:
-    """Say what the colours of a difference of images of so many pixels a side are."""
-    return f"difference from the ground truth at {pixels} × {pixels} pixels"
-
-
-def _difference(images: Mapping[str, tuple[Rgba, float]]) -> tuple[QImage, float]:
-    """Return the generator's image with its difference from the reference's over it."""
-    drawn, truth = (np.asarray(images[name][0][..., :3], np.float32) for name in TITLES)
-    colored, largest = in_colors(np.clip(drawn, 0, 1), difference_of(drawn, truth))
-    opaque = np.ones((*colored.shape[:2], 4), np.float32)
-    opaque[..., :3] = colored
-    return compose(opaque, (0, 0, 0)), largest
+def _opaque(colored: NDArray[np.float64]) -> QImage:
+    return compose(np.dstack([colored, np.ones(colored.shape[:2])]).astype(np.float32), (0, 0, 0))
 
 
 def _fitted(image: QImage, place: QRect) -> QRect:

@@ -26,7 +26,7 @@ from PySide6.QtWidgets import (
 from app.controls import WheelGuard, fill, label, list_box
 from app.image_view.picture import BLACK, LARGEST_SIZE, WHITE, Background, paint_background
 from app.number_box import WholeNumberBox
-from app.window.figure import FigureChoice, Size, Which
+from app.window.figure import PANELS, FigureChoice, Size, Which
 from model.rendering.scale_bar import DEPTH_TEXT
 from model.volume_files.checks import readable_size
 
@@ -45,6 +45,9 @@ WHICH: dict[Which, str] = {
     "generator": "Generator",
     "both": "Both, side by side",
     "difference": "Difference",
+    "b": "B",
+    "a_b": "A and B, side by side",
+    "a_b_difference": "A, B and their difference",
 }
 """What a figure may show."""
 
@@ -197,7 +200,7 @@ class FigureDialog(QDialog):
     def _follow(self) -> None:
         """Offer what the choices allow, and show the figure as it will be."""
         which, is_movie = self.which_box.currentData(), self.movie_box.isChecked()
-        is_one = which in ("reference", "generator")
+        is_one = len(PANELS[which]) == 1 and which != "difference"
         self._form.setRowVisible(self.movie_box, is_one)
         if is_movie and not is_one:
             self.movie_box.setChecked(False)
@@ -214,7 +217,7 @@ class FigureDialog(QDialog):
         for widget in (self.legend_box, self.background_box):
             self._form.setRowVisible(widget, which != "difference")
         if self.samples_box is not None:
-            self._form.setRowVisible(self.samples_box, which in ("reference", "both"))
+            self._form.setRowVisible(self.samples_box, which not in ("generator", "difference"))
         self._show_result()
 
     def _show_result(self) -> None:

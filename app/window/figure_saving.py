@@ -26,6 +26,7 @@ from app.state.settings import FigureSettings
 from app.window.context import Context, ask_for_place, proposed_name
 from app.window.figure import (
     GAP,
+    PANELS,
     TITLES,
     FigureChoice,
     Rgba,
@@ -43,6 +44,7 @@ from model.rendering.raster import Raster
 from model.rendering.scale_bar import DEPTH_TEXT
 from model.scene.inputs import SceneInputs
 from model.scene.orientation import turntable
+from model.scene.transfer_function import TransferFunction
 
 KEY = "figures"  # of notices about figures
 
@@ -69,6 +71,7 @@ class _Job:
     place: Path | None
     frames: list[SceneInputs]
     names: list[str]
+    tf_b: TransferFunction | None = None
     images: dict[str, tuple[Rgba, float]] = field(default_factory=dict)
     error: float | None = None  # estimated error of the reference's image; None without an estimate
     drawn: int = 0
@@ -113,7 +116,11 @@ class FigureSaving(QObject):
     def __init__(self, context: Context, overlays: Overlays, error: ImageError) -> None:
         super().__init__(context.window)
         self._context, self._overlays, self._error = context, overlays, error
-        self._panes = {"generator": context.generator, "reference": context.reference}
+        self._panes = {
+            "generator": context.generator,
+            "reference": context.reference,
+            "b": context.pane_b,
+        }
         self._job: _Job | None = None
         self.progress: QProgressDialog | None = None
         clients = {name: pane.client for name, pane in self._panes.items()}
@@ -146,6 +153,8 @@ class FigureSaving(QObject):
         dialog = FigureDialog(sizes, self.first_choice(), self._context.window)
         box, title = dialog.which_box, self._overlays.subject.title
         box.setItemText(box.findData("generator"), title)
+        if "b" in sizes:
+            box.setItemText(box.findData("reference"), "A")
         dialog.preview = partial(self._ask_for_preview, dialog)
         dialog.preview(dialog.choice())
         accepted = dialog.exec() == QDialog.DialogCode.Accepted
@@ -182,7 +191,9 @@ class FigureSaving(QObject):
     def sizes(self) -> dict[Which, Size]:
         """Width and height, in pixels of the screen, of all that can be drawn now."""
         found: dict[Which, Size] = {}
-        for which in ("reference", "generator"):
+        compares = self._context.state.tf_input.compares
+        two: tuple[Which, ...] = ("reference", "b" if compares else "generator")
+        for which in two:
             pane = self._panes[which]
             image = pane.canvas.image
             if image is None or not pane.client.is_ready:
@@ -192,7 +203,11 @@ class FigureSaving(QObject):
                 # An image that is still refined has fewer pixels than it will have.
                 whole = pane.canvas.picture_rect.size() * pane.canvas.devicePixelRatioF()
                 found[which] = max(found[which], (whole.width(), whole.height()))
-        if len(found) == 2:
+        if compares and len(found) == 2:
+            width, height = found["reference"]
+            found["a_b"] = round(2 * width / (1 - GAP)), height
+            found["a_b_difference"] = round(3 * width / (1 - 2 * GAP)), height
+        elif len(found) == 2:
             side = min(found["reference"])
             found["both"] = round(2 * side / (1 - GAP)), side
             if self._error.compared is not None:
@@ -203,14 +218,16 @@ class FigureSaving(QObject):
         """Have a figure drawn, and save it to a file; without one, copy it to the clipboard."""
         self._end()
         self._remember(choice)
-        state, frames = self._context.state, [self._context.state.inputs]
+        state = self._context.state
+        inputs = state.inputs_of("A")
+        frames = [inputs]
         if choice.seconds:
             pivot = (float(state.pivot[0]), float(state.pivot[1]), float(state.pivot[2]))
             views = turntable(
                 state.view, choice.frame_count, state.up_axis, state.proportions, pivot
             )
-            frames = [replace(state.inputs, view=view) for view in views]
-        job = self._job = _Job(choice, place, frames, _names(choice))
+            frames = [replace(inputs, view=view) for view in views]
+        job = self._job = _Job(choice, place, frames, _names(choice), state.tf_input.of("B"))
         if choice.which == "difference":
             # Of both images as they are shown: the numbers are the screen's.
             if not self._compared():
@@ -239,6 +256,8 @@ class FigureSaving(QObject):
 
     def _which(self) -> Which:
         """Return which images are on the screen."""
+        if self._context.state.tf_input.compares:
+            return "a_b_difference" if self._error.is_wanted else "a_b"
         seen = [name for name, pane in self._panes.items() if pane.isVisible()]
         if "generator" not in seen:
             return "reference"
@@ -274,7 +293,9 @@ class FigureSaving(QObject):
         """Make a frame of its images, and draw the next one, or deliver all."""
         choice, inputs = job.choice, job.frames[job.drawn]
         try:
-            image = figure(choice, job.images, choice.which, inputs, self._overlays.subject)
+            image = figure(
+                choice, job.images, choice.which, inputs, self._overlays.subject, job.tf_b
+            )
         except RenderError as error:
             self._fail(str(error))
             return
@@ -377,14 +398,18 @@ class FigureSaving(QObject):
     def _compared(self) -> dict[str, tuple[Rgba, float]]:
         """Both images with their brightness, as they are compared on the screen; or none."""
         both = self._error.compared
-        return {} if both is None else {n: (i, 1.0) for n, i in zip(TITLES, both, strict=True)}
+        if both is None:
+            return {}
+        return {"generator": (both.drawn, 1.0), "reference": (both.truth, 1.0)}
 
     def _ask_for_preview(self, dialog: FigureDialog, choice: FigureChoice) -> None:
         """Have a figure drawn in the size of the preview."""
         scale = PREVIEW * ENLARGED / max(choice.width, choice.height)
         width, height = (max(round(scale * side), 1) for side in (choice.width, choice.height))
         small = replace(choice, width=width, height=height)
-        job = _Job(small, None, [self._context.state.inputs], _names(choice))
+        state = self._context.state
+        frames, tf_b = [state.inputs_of("A")], state.tf_input.of("B")
+        job = _Job(small, None, frames, _names(choice), tf_b)
         before, self._preview = self._preview, (dialog, job)
         if choice.which == "difference":
             job.images = self._compared()
@@ -406,7 +431,8 @@ class FigureSaving(QObject):
             return
         dialog, job = self._preview
         subject = self._overlays.subject
-        image = figure(job.choice, job.images, job.choice.which, job.frames[0], subject)
+        which, inputs = job.choice.which, job.frames[0]
+        image = figure(job.choice, job.images, which, inputs, subject, job.tf_b)
         keep, how = Qt.AspectRatioMode.KeepAspectRatio, Qt.TransformationMode.SmoothTransformation
         dialog.show_preview(image.scaled(PREVIEW, PREVIEW, keep, how))
 
@@ -418,7 +444,9 @@ def _shape(choice: FigureChoice) -> tuple[Which, int, int]:
 
 def _names(choice: FigureChoice) -> list[str]:
     """Return the names of the images that a figure needs."""
-    return [*TITLES] if choice.which in ("both", "difference") else [choice.which]
+    if choice.which == "difference":
+        return [*TITLES]
+    return [name for name in PANELS[choice.which] if name != "difference"]
 
 
 def _ask(channels: Channels[str], job: _Job, samples: int, enlarged: int = 1) -> None:
@@ -426,9 +454,12 @@ def _ask(channels: Channels[str], job: _Job, samples: int, enlarged: int = 1) ->
     size = panels(job.choice, job.choice.which)[-1].size() / enlarged
     raster = Raster(max(size.width(), 1), max(size.height(), 1))
     for name in job.names:
-        each = max(samples, 1) if name == "reference" else 1
+        each = 1 if name == "generator" else max(samples, 1)
         quality = Quality(raster.shorter, raster=raster, samples=each)
-        channels[name].ask(PictureRequest(job.frames[job.drawn], quality))
+        inputs, tf = job.frames[job.drawn], job.tf_b if name == "b" else None
+        if tf is not None:
+            inputs = replace(inputs, opacity_tf=tf.opacity, color_tf=tf.color)
+        channels[name].ask(PictureRequest(inputs, quality))
 
 
 def _add_texts(image: QImage, job: _Job) -> None:
@@ -436,7 +467,7 @@ def _add_texts(image: QImage, job: _Job) -> None:
     choice = job.choice
     if choice.scale_bar:
         image.setText("Scale bar", f"Holds {DEPTH_TEXT}")
-    if "reference" not in job.names or choice.which == "difference":
+    if job.names == ["generator"] or choice.which == "difference":
         return
     if choice.samples:
         image.setText("Light", f"Path-traced, {choice.samples} samples of each pixel")

@@ -84,6 +84,7 @@ class MainWindow(WindowParts):
             (self.crop_card.shownChanged, self._show_crop_handles),
             (self.sensitivity_state.changed, self._show_crop_handles),
             (self.panes.arranged, self.arrange),
+            (self.state.tf_input.paneChanged, self._show_panes),
             (canvas.resized, lambda: work.set_pane_pixels(*canvas.pixels)),
             (self.editor.menu.scale_wanted, workspace.opening.show_on_scale),
             (self.browser.problem, lambda text: fail(text, "browser")),
@@ -98,7 +99,8 @@ class MainWindow(WindowParts):
     @property
     def errors(self) -> list[str]:
         """Errors shown by the two images."""
-        return [pane.client.error for pane in self.context.panes if pane.client.error]
+        errors = [pane.client.error for pane in self.context.panes if pane.client.error]
+        return list(dict.fromkeys(errors))
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Show what an edit would change while Ctrl or W is held; end what goes on by Escape."""
@@ -204,6 +206,8 @@ class MainWindow(WindowParts):
 
     def _show_browser(self, choices: LatentChoices) -> None:
         """Show the latent browser in the generator's place, or the generator again."""
+        if choices.shown:
+            self.state.tf_input.focus("A")
         self.panes.set_browsing(choices.shown)
 
     def _show_crop_handles(self, _change: object) -> None:
@@ -217,9 +221,31 @@ class MainWindow(WindowParts):
         """Show what suits the images that are there."""
         super().arrange()
         images = self.panes.images
-        self.workspace.show_images(self.generator in images, self.reference in images)
+        shown = self.generator in images, self.reference in images, self.panes.compares
+        self.workspace.show_images(*shown)
+        self.wipe.set_shown(self.panes.wipes)
+        self._show_focus()
         self.memory.note_panes()
         self.menus.refresh()
+
+    def _show_panes(self) -> None:
+        """Show B where it is compared with A, and which of them is edited."""
+        tf_input = self.state.tf_input
+        if tf_input.pane == "B":
+            # The map of TFs is in its place.
+            self.latent_state.choose(shown=False)
+        self.panes.show_b(tf_input.compares)
+        self._show_focus()
+        self.image_error.compare()
+        self.menus.refresh()
+
+    def _show_focus(self) -> None:
+        tf_input, compares = self.state.tf_input, self.panes.compares
+        for pane in (self.reference, self.pane_b):
+            is_one = compares and not self.panes.wipes
+            pane.canvas.is_edited = is_one and pane.name == tf_input.pane
+        self.reference.set_title("A" if compares else "Ground truth")
+        self.editor.show_pane(tf_input.pane if compares else "")
 
     def _show_preparation(self, done: int, wanted: int) -> None:
         self.status.show_preparation(done, wanted, self.workspace.reference.preparation.text)
@@ -231,7 +257,8 @@ class MainWindow(WindowParts):
         self.brightness.set_lighting("exact", shown)
         follows = "" if coming == shown else LIGHTS[coming]
         samples = STOPS[work.choices.stop].samples if shown == "path" else 0
-        self.reference.set_light(LIGHTS[shown], follows, samples)
+        for pane in (self.reference, self.pane_b):
+            pane.set_light(LIGHTS[shown], follows, samples)
 
     def _show_model(self) -> None:
         """Make room for the generator's image, or give it to the reference."""

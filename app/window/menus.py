@@ -40,10 +40,7 @@ OVERLAYS: tuple[tuple[Overlay, str, str], ...] = (
     ("opacity_images", "Opac&ity images", "O"),
 )
 
-NO_MODEL = (
-    "To compare, open a model of this volume: Help > The paper's networks lists models; the "
-    "command train makes one."
-)
+B_OPENED = "The TF editor edits B now, a click edits the other image, A. C closes B."
 
 Slot = Callable[[], object]
 Test = Callable[[], bool]
@@ -54,6 +51,7 @@ class Menus:
 
     def __init__(self, window: WindowParts) -> None:
         self._window, self._refreshes = window, list[Slot]()
+        self._of_b = self._fill_of_b()
         for title, fill in (
             ("&File", self._fill_file), ("&View", self._fill_view),
             ("&Region", self._fill_region), ("&Help", self._fill_help),
@@ -64,6 +62,8 @@ class Menus:
             fill(menu)
         window.top_bar.take_menus()
         self._fill_bar()
+        for caption in (window.pane_b.caption, window.editor.pane_button):
+            caption.set_menu(self._of_b)
         menu = self._add_alone(window.generator.caption, "generator")
         add_action(menu, "What is the error (RMSE)?", lambda: open_glossary(window, "RMSE"))
         self._add_alone(window.reference.caption, "reference")
@@ -118,8 +118,12 @@ class Menus:
 
         show = lambda: panes.show_images("both" if is_alone() else shown)  # noqa: E731
         self._add(menu, "Show alone", show, is_on=is_alone)
-        # With a single image there is nothing to choose.
-        self._refreshes.append(lambda: caption.set_menu(menu if panes.can_compare else None))
+
+        def offer() -> None:
+            # With a single image there is nothing to choose.
+            caption.set_menu(menu if panes.can_compare else self._of_b if panes.compares else None)
+
+        self._refreshes.append(offer)
         return menu
 
     def _fill_bar(self) -> None:
@@ -128,14 +132,26 @@ class Menus:
         bar, panes, crop = window.top_bar, window.panes, window.crop_card
         latent, error = window.latent_state, window.image_error
 
+        tf_input, model = window.state.tf_input, window.workspace.model
+
+        def has_only_b() -> bool:
+            return tf_input.compares or not (model.is_open or panes.is_browsing)
+
         def compare_images() -> None:
-            if self._two_follow():
+            if has_only_b():
+                self._toggle_b()
+            elif self._two_follow():
                 panes.toggle_compare() if panes.can_compare else panes.show_images("both")
             refresh()
 
         def show_difference() -> None:
-            wanted = difference.isChecked() and self._two_follow()
-            if wanted and len(panes.images) < 2:
+            wanted = difference.isChecked()
+            if wanted and has_only_b() and not tf_input.compares:
+                self._toggle_b()
+            wanted = wanted and (tf_input.compares or (model.is_open and self._two_follow()))
+            if wanted and tf_input.compares:
+                panes.show_b(True, wipes=False)
+            elif wanted and len(panes.images) < 2:
                 panes.show_images("both")
             difference.setChecked(wanted)
             error.set_wanted(wanted)
@@ -153,8 +169,9 @@ class Menus:
         cropping = self._act(window.tools.crop, show_crop, "K", "Ctrl+K")
 
         def refresh() -> None:
-            bar.show_comparison(panes.can_compare)
-            compare.setChecked(len(panes.images) > 1)
+            is_open = window.workspace.opened is not None
+            bar.show_comparison(is_open and not panes.is_browsing)
+            compare.setChecked(len(panes.images) > 1 or panes.wipes)
             browsing.setChecked(latent.choices.shown)
             cropping.setChecked(crop.is_shown)
 
@@ -171,8 +188,6 @@ class Menus:
             say("The map of TFs is in the place of the second image. B closes it.")
         elif model.awaits_path:
             say(f"Two images follow. {self._window.workspace.reference.preparation.text}")
-        elif not model.is_open:
-            say(NO_MODEL)
         return panes.can_compare or model.awaits_path
 
     def _act(self, button: IconButton, slot: Slot, *keys: str) -> QAction:
@@ -271,6 +286,11 @@ class Menus:
         )  # fmt: skip
         menu.addSeparator()
         self._add(
+            menu, "Compare with &B", self._toggle_b, "A", is_on=lambda: state.tf_input.compares
+        )
+        menu.addMenu(self._of_b)
+        self._refreshes.append(lambda: self._of_b.menuAction().setVisible(panes.compares))
+        self._add(
             menu, "S&wap sides", panes.swap, "Ctrl+Shift+X", is_there=lambda: panes.can_compare
         )
         self._add(
@@ -304,6 +324,38 @@ class Menus:
             is_on=lambda: not editor.is_folded,
         )  # fmt: skip
         self._add(menu, "F&ull screen", toggle_full, "F11", is_on=window.isFullScreen)
+
+    def _fill_of_b(self) -> QMenu:
+        """Return the menu of A and B, which both of their captions and the editor have."""
+        window, panes, tf_input = self._window, self._window.panes, self._window.state.tf_input
+        menu = QMenu("&A and B", window)
+        self._add(menu, "&Copy A to B", partial(tf_input.copy, "A"))
+        self._add(menu, "Copy &B to A", partial(tf_input.copy, "B"))
+        self._add(menu, "&Swap A and B", tf_input.swap, "Ctrl+Shift+B")
+        self._add(
+            menu, "&Wipe: both in one image", self._toggle_wipe, "Ctrl+Shift+W",
+            is_on=lambda: panes.wipes,
+        )  # fmt: skip
+        menu.addSeparator()
+        self._add(menu, "C&lose B", partial(tf_input.compare, False))
+        return menu
+
+    def _toggle_b(self) -> None:
+        window, tf_input = self._window, self._window.state.tf_input
+        if window.workspace.opened is None:
+            window.status.say("There is nothing to compare yet. Open a volume first.")
+            return
+        tf_input.compare(not tf_input.compares)
+        if tf_input.compares:
+            window.status.say(B_OPENED)
+
+    def _toggle_wipe(self) -> None:
+        window, wipes = self._window, not self._window.panes.wipes
+        if window.state.tf_input.compares:
+            if wipes and window.image_error.is_wanted:
+                # In one image there is no place for it.
+                window.top_bar.difference.click()
+            window.panes.show_b(True, wipes)
 
     def _add_undo(self, menu: QMenu) -> None:
         edits, keys = self._window.state.edits, QKeySequence.StandardKey

@@ -11,7 +11,7 @@ from PySide6.QtCore import QObject, QRect
 from PySide6.QtGui import QImage, QPainter
 
 from app.glosses import SENTENCES
-from app.image_view.engine_pane import OpacityInset
+from app.image_view.engine_pane import EnginePane, OpacityInset
 from app.image_view.image_canvas import ImageCanvas, to_qimage
 from app.image_view.orientation_cube import OrientationCube
 from app.image_view.picture import BLACK, WHITE, Background
@@ -19,11 +19,9 @@ from app.sensitivity_view.field_cover import paint_bar
 from app.state.settings import BackgroundChoice
 from app.window.context import Context
 from app.window.figure import (
+    Comparison,
     Image,
     Subject,
-    difference_of,
-    difference_title,
-    in_colors,
     paint_legend,
     paint_scale_bar,
 )
@@ -56,8 +54,8 @@ class Overlays(QObject):
             pane.imageShown.connect(lambda *_, cube=cube: cube.follow())
         self._right = canvases[-1]
         self.insets = [OpacityInset(pane) for pane in self._panes]
-        for canvas in canvases:
-            canvas.add_decoration(partial(self._paint, canvas))
+        for pane in self._panes:
+            pane.canvas.add_decoration(partial(self._paint, pane))
         self.refresh()
 
     @property
@@ -67,7 +65,7 @@ class Overlays(QObject):
 
     @property
     def legend_tf(self) -> TransferFunction:
-        """The TF of the legend: that of the image, or of the picture that covers it."""
+        """The TF of the legend: that under edit, or of the picture that covers the image."""
         tf = self._state.transfer_function
         return tf if self._previewed is None else replace(tf, opacity=self._previewed)
 
@@ -110,10 +108,13 @@ class Overlays(QObject):
             pane.set_background(self.background)
             pane.canvas.update()
 
-    def _paint(self, canvas: ImageCanvas, painter: QPainter, _square: QRect) -> None:
-        rect, state, subject = canvas.picture_rect, self._state, self.subject
-        if self.has("legend") and canvas is self._right:
-            paint_legend(painter, rect, self.legend_tf, subject.units, self.background)
+    def _paint(self, pane: EnginePane, painter: QPainter, _square: QRect) -> None:
+        rect, state, subject = pane.canvas.picture_rect, self._state, self.subject
+        compares = state.tf_input.compares
+        if self.has("legend") and (compares or pane.canvas is self._right):
+            # In one image that shows both, it is of the edited one.
+            own = state.tf_input.of(pane.name) if compares and not pane.canvas.wiped else None
+            paint_legend(painter, rect, own or self.legend_tf, subject.units, self.background)
         if self.has("scale_bar") and subject.scale is not None:
             bar = subject.scale.bar(state.view, state.crop)
             paint_scale_bar(painter, rect, bar, self.background)
@@ -123,15 +124,17 @@ TIP = (
     f"Error (RMSE) against the ground truth, in the square that both images show. "
     f"{SENTENCES['RMSE']} Difference (D) shows where."
 )
+TIP_B = f"Difference (RMSE) from A. {SENTENCES['RMSE']} Difference (D) shows where."
 UNUSUAL = (
     "It is far above the errors of the model's test images: no such TF or view was among them."
 )
 
 
 class ImageError(QObject):
-    """Compares both images at rest, and says the error in the generator's caption.
+    """Compares two images at rest, and says in a caption how far they are apart.
 
-    Where it is wanted, the difference of each pixel is shown over the generator's image.
+    They are the generator's and the ground truth, or B and A. Where it is wanted, the difference of
+    each pixel is shown over the generator's image, or over B.
 
     Where the generator was trained under another light, or only a part of the volume is shown,
     which models are not trained for, there is nothing to compare.
@@ -139,15 +142,16 @@ class ImageError(QObject):
 
     def __init__(self, context: Context) -> None:
         super().__init__(context.window)
-        self._generator = generator = context.generator
+        self._generator, self._reference, self._pane_b = context.panes
         self._state, self._workspace = context.state, context.workspace
-        self._shown: dict[str, tuple[SceneInputs, Image]] = {}
+        self._shown: dict[EnginePane, tuple[SceneInputs, Image]] = {}
         self._is_wanted = False
         self._difference: QImage | None = None
-        self._scale = 0.0
-        for name, pane in (("generator", generator), ("reference", context.reference)):
-            pane.imageShown.connect(partial(self._take, name))
-        generator.canvas.add_decoration(self._paint)
+        self._compared: Comparison | None = None
+        for pane in context.panes:
+            pane.imageShown.connect(partial(self._take, pane))
+        for pane in (self._generator, self._pane_b):
+            pane.canvas.add_decoration(partial(self._paint, pane))
         self._state.inputsChanged.connect(self._clear)
 
     @property
@@ -156,62 +160,79 @@ class ImageError(QObject):
         return self._is_wanted
 
     @property
-    def compared(self) -> tuple[Image, Image] | None:
-        """The generator's image and the ground truth, (H, W, 3); None where they do not compare."""
-        if len(self._shown) < 2:
+    def pane(self) -> EnginePane:
+        """The pane whose image is compared with the reference's."""
+        return self._pane_b if self._state.tf_input.compares else self._generator
+
+    @property
+    def compared(self) -> Comparison | None:
+        """The image that is compared, and the reference's; None where they do not compare."""
+        if not {self.pane, self._reference} <= self._shown.keys():
             return None
-        (inputs, drawn), (others, truth) = self._shown["generator"], self._shown["reference"]
+        (inputs, drawn), (others, truth) = self._shown[self.pane], self._shown[self._reference]
+        state, is_b = self._state, self.pane is self._pane_b
+        if (inputs, others) != (state.inputs_of(self.pane.name), state.inputs_of("A")):
+            return None
         alike = self._workspace.model_lighting == self._workspace.reference.settings.lighting
         is_part = inputs.crop or inputs.mask
-        if inputs != others or inputs != self._state.inputs or not alike or is_part:
+        if not is_b and (not alike or is_part):
             return None
-        return drawn, truth
+        return Comparison(drawn, truth, is_signed=is_b)
 
-    def _take(self, name: str, inputs: SceneInputs, image: Image) -> None:
-        self._shown[name] = inputs, image[..., :3]
-        if not self._state.live:
-            self._compare()
+    def _take(self, pane: EnginePane, inputs: SceneInputs, image: Image) -> None:
+        self._shown[pane] = inputs, image[..., :3]
+        if not self._state.live and pane in (self.pane, self._reference):
+            self.compare()
 
-    def _compare(self) -> None:
-        if self.compared is None:
+    def compare(self) -> None:
+        """Compare the images that are there, or say nothing until they are."""
+        compared = self.compared
+        if compared is None:
             self._clear()
             return
-        drawn, truth = self.compared
-        difference = difference_of(drawn, truth)
-        error = float(np.sqrt(np.mean(difference**2)))
+        error = compared.error
         lighting = self._workspace.reference.settings.lighting
-        # Of one sample, the ground truth is the generator's own picture.
-        is_same = lighting == "path" and not difference.any()
-        said = "" if is_same else f"error {error:.3f}".replace(" 0.", " .")
-        is_unusual = self._workspace.model.is_unusual(error)
-        tip = f"{TIP} {UNUSUAL}" if is_unusual else TIP
-        self._generator.set_note(said, tip, is_unusual)
-        self._difference = None
+        said, tip, is_unusual = f"error {error:.3f}".replace(" 0.", " ."), TIP, False
+        if compared.is_signed:
+            said = said.replace("error", "differs from A by") if error else "same as A"
+            tip = TIP_B
+        elif lighting == "path" and not error:
+            # Of one sample, the ground truth is the generator's own picture.
+            said = ""
+        elif self._workspace.model.is_unusual(error):
+            tip, is_unusual = f"{TIP} {UNUSUAL}", True
+        self.pane.set_note(said, tip, is_unusual)
+        self._compared, self._difference = compared, None
         if self._is_wanted:
-            colored, self._scale = in_colors(np.clip(drawn, 0, 1), difference)
-            self._difference = to_qimage(colored.astype(np.float32))
-        self._generator.canvas.update()
+            self._difference = to_qimage(compared.colored.astype(np.float32))
+        self.pane.canvas.update()
 
     def set_wanted(self, wanted: bool) -> None:
-        """Show the difference over the generator's image, or no longer."""
+        """Show the difference over the image that is compared, or no longer."""
         self._is_wanted = wanted
-        self._compare()
+        self.compare()
 
-    def _paint(self, painter: QPainter, rect: QRect) -> None:
-        canvas = self._generator.canvas
-        if self._difference is not None and canvas.cover is None:
-            painter.drawImage(rect, self._difference)
-            text = f"0 to {self._scale:.2g}: {difference_title(self._difference.width())}"
-            paint_bar(painter, rect, canvas.picture_rect.right(), "change", text)
+    def _paint(self, pane: EnginePane, painter: QPainter, rect: QRect) -> None:
+        canvas, compared = pane.canvas, self._compared
+        if self._difference is None or compared is None or pane is not self.pane:
+            return
+        if canvas.cover is not None:
+            return
+        whole, text = canvas.picture_rect, f"{' to '.join(compared.ends)}: {compared.title}"
+        place = whole if compared.is_signed else rect
+        painter.drawImage(place, self._difference)
+        paint_bar(painter, place, whole.right(), compared.measure, text)
 
     def _clear(self) -> None:
-        if self._difference is None and not self._generator.note:
+        if self._difference is None and not (self._generator.note or self._pane_b.note):
             return
         self._difference = None
-        self._generator.set_note("")
-        self._generator.canvas.update()
+        for pane in (self._generator, self._pane_b):
+            pane.set_note("")
+            pane.canvas.update()
 
     def forget(self) -> None:
-        """Compare nothing until the generator has drawn anew."""
-        self._shown.pop("generator", None)
+        """Compare nothing until the generator has drawn anew, or B is seen again."""
+        for pane in (self._generator, self._pane_b):
+            self._shown.pop(pane, None)
         self._clear()

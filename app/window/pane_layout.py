@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Literal
 
 from PySide6.QtCore import Qt, Signal
@@ -16,22 +17,25 @@ Shown = Literal["both", "generator", "reference"]  # the images that are wanted
 
 
 class PaneLayout(QSplitter):
-    """Puts the latent browser, the generator's image and the reference side by side."""
+    """Puts the latent browser, the generator's image and the reference side by side.
+
+    The reference is A where B, to its right, is compared with it, in the generator's place.
+    """
 
     arranged = Signal()  # emitted when an image has come, gone or changed its side
 
-    def __init__(
-        self, browser: LatentBrowser, generator: EnginePane, reference: EnginePane
-    ) -> None:
+    def __init__(self, browser: LatentBrowser, panes: Sequence[EnginePane]) -> None:
         super().__init__(Qt.Orientation.Horizontal)
-        self._browser, self._generator, self._reference = browser, generator, reference
+        self._browser, self._panes = browser, panes
+        self._generator, self._reference, self._pane_b = panes
         self._shown: Shown = "both"
+        self._compares = self._wipes = False
         self._has_model = self._browsing = self._was_browsing = False
         # Images touch: Qt takes the mouse some pixels next to the line, too.
         self.setHandleWidth(1)
         self.setChildrenCollapsible(False)
         browser.resized.connect(self._fit_browser)
-        for widget, stretch in ((browser, 2), (generator, 1), (reference, 1)):
+        for widget, stretch in ((browser, 2), *((pane, 1) for pane in panes)):
             self.addWidget(widget)
             self.setStretchFactor(self.count() - 1, stretch)
         self._update()
@@ -49,8 +53,7 @@ class PaneLayout(QSplitter):
     @property
     def images(self) -> list[EnginePane]:
         """Panes of the images that are there, from left to right."""
-        panes = (self._generator, self._reference)
-        there = [pane for pane in panes if not pane.isHidden()]
+        there = [pane for pane in self._panes if not pane.isHidden()]
         return sorted(there, key=self.indexOf)
 
     @property
@@ -60,8 +63,27 @@ class PaneLayout(QSplitter):
 
     @property
     def can_compare(self) -> bool:
-        """Whether there are two images to show."""
-        return self._has_model and not self._browsing
+        """Whether there are a generator's image and the reference to show."""
+        return self._has_model and not (self._browsing or self._compares)
+
+    @property
+    def compares(self) -> bool:
+        """Whether B is in sight."""
+        return self._compares and not self._browsing
+
+    @property
+    def wipes(self) -> bool:
+        """Whether A and B are in one image."""
+        return self._wipes and self.compares
+
+    def show_b(self, compares: bool, wipes: bool | None = None) -> None:
+        """Show B, or not: next to A or, if it `wipes`, in the same image; None for as before."""
+        wipes = self._wipes if wipes is None else wipes
+        if (compares, wipes) != (self._compares, self._wipes):
+            self._compares, self._wipes = compares, wipes
+            self._update()
+            if not self._browsing:
+                self.setSizes([1000 * (not each.isHidden()) for each in self._in_order()])
 
     def toggle_compare(self) -> None:
         """Show the left image alone, or both."""
@@ -98,7 +120,7 @@ class PaneLayout(QSplitter):
         self.arranged.emit()
 
     def _update(self) -> None:
-        generator = self._has_model and not self._browsing and self._shown != "reference"
+        generator = self.can_compare and self._shown != "reference"
         # One image is always there.
         alone = self._shown == "generator" and generator
         focus = QApplication.focusWidget()
@@ -110,6 +132,7 @@ class PaneLayout(QSplitter):
         self._browser.setVisible(self._browsing)
         self._generator.setVisible(generator)
         self._reference.setVisible(not alone)
+        self._pane_b.setVisible(self.compares and not self._wipes)
         self._fit_browser()
         if had and had[0].isHidden():
             # Else a number's box would have the keys of the image that is gone.
@@ -130,5 +153,5 @@ class PaneLayout(QSplitter):
         self.setSizes([widths.get(widget, 0) for widget in self._in_order()])
 
     def _in_order(self) -> list[QWidget]:
-        parts: list[QWidget] = [self._browser, self._generator, self._reference]
+        parts: list[QWidget] = [self._browser, *self._panes]
         return sorted(parts, key=self.indexOf)

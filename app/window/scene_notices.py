@@ -38,7 +38,7 @@ class SceneNotices(QObject):
         work.lightWentOut.connect(self._offer_light)
         work.choicesChanged.connect(self._follow_light)
         for pane in context.panes:
-            pane.client.images.answered.connect(partial(self._judge_image, pane))
+            pane.channel.answered.connect(partial(self._judge_image, pane))
             pane.client.stateChanged.connect(partial(self._follow_pane, pane))
 
     def start_volume(self) -> None:
@@ -116,20 +116,24 @@ class SceneNotices(QObject):
             self._notices.clear(_emptiness(pane))
             return
         state = self._state
-        if request.quality.live or request.inputs != state.inputs:
+        if request.quality.live or request.inputs != state.inputs_of(pane.name):
             return
         height, width = np.shape(result.value)[:2]
         volume, ratio = opened.volume, width / height
         found = why_nothing(request.inputs, volume.data_range, opened.counts, opened.edges, ratio)
         actions = {
-            "tf": Action("Default TF", state.reset_transfer_function),
+            "tf": Action("Default TF", partial(self._reset_tf, pane)),
             "view": Action("Reset view", state.reset_view),
             "crop": Action("Whole volume", lambda: state.crop_input.set(None)),
             "mask": Action("Show all voxels", state.show_all_voxels),
         }
         self._notices.add(found.text, actions[found.cause], key=_emptiness(pane))
 
+    def _reset_tf(self, pane: EnginePane) -> None:
+        self._state.tf_input.focus(pane.name)
+        self._state.reset_transfer_function()
+
 
 def _emptiness(pane: EnginePane) -> str:
     """Key of the notice about a pane in which nothing is visible."""
-    return f"emptiness of the {pane.engine} image"
+    return f"emptiness of the {pane.engine} image {pane.name}"

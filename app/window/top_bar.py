@@ -35,10 +35,8 @@ class TopBar(QWidget):
         self.volume = CaptionButton()
         self.volume.set_title("No volume")
         self.light, self.exactness = light, exactness
-        self.compare = IconButton("compare", "Compare", "C", "Generator and truth side by side")
-        self.difference = IconButton(
-            "difference", "Difference", "D", "Where the generator's image differs from the truth"
-        )
+        self.compare = IconButton("compare", "Compare", "C", "Two images side by side")
+        self.difference = IconButton("difference", "Difference", "D", "Where the two images differ")
         self.browse = IconButton(
             "browse", "Browse TFs", "B", "Pictures of this volume under many TFs"
         )

@@ -12,6 +12,7 @@ from app.image_view.crop_handles import CropHandles
 from app.image_view.engine_pane import EnginePane
 from app.image_view.exactness_slider import ExactnessSlider, FidelityLine
 from app.image_view.gestures import ViewGestures, ViewKeys
+from app.image_view.pane_focus import PaneFocus, WipeLine
 from app.image_view.reference_controls import ReferenceControls
 from app.latent_browser.latent_browser import LatentBrowser
 from app.sensitivity_view.sensitivity_view import SensitivityView
@@ -52,6 +53,9 @@ class WindowParts(QMainWindow):
         self.brightness = self.state.brightness
         self.generator = EnginePane("Generator", generator, self.brightness, "learned")
         self.reference = EnginePane("Ground truth", reference, self.brightness, "exact")
+        self.pane_b = EnginePane(
+            "B", reference, self.brightness, "exact", channel=reference.images_b
+        )
         self.editor = TransferFunctionEditor(self.state)
         self.notice, self.status = Notices(), StatusLine(self.state)
         viewing = Viewing(self.state, self.sensitivity_state, self.latent_state, self.preferences)
@@ -67,6 +71,7 @@ class WindowParts(QMainWindow):
             analyst,
             self.generator,
             self.reference,
+            self.pane_b,
             self.notice,
             self.status,
         )
@@ -83,7 +88,7 @@ class WindowParts(QMainWindow):
         self.exactness = ExactnessSlider(work)
         controls = self.reference_controls
         self.top_bar = TopBar(controls.ball, controls.light, self.exactness)
-        self.panes = PaneLayout(self.browser, self.generator, self.reference)
+        self.panes = PaneLayout(self.browser, self.context.panes)
         self.up_axis_card = UpAxisCard(self.context)
         self.crop_card = CropCard(self.state)
         self.tools = ToolStrip(self.sensitivity_state)
@@ -134,10 +139,11 @@ class WindowParts(QMainWindow):
         # Before the sensitivities, so that it lies below regions.
         self.image_error = ImageError(self.context)
         # After the gestures, so that regions get the mouse first.
-        self.sensitivity = SensitivityView(
-            self.workspace, self.generator, self.reference, self.editor, self
-        )
+        self.sensitivity = SensitivityView(self.workspace, self.context.panes, self.editor, self)
         self.crop_handles = [CropHandles(pane.canvas, self.state) for pane in self.context.panes]
+        # Last, so that a pane has the focus before anything is done there.
+        self.wipe = WipeLine(self.reference, self.pane_b)
+        PaneFocus(self.state.tf_input, self.reference, self.pane_b, self.wipe)
 
     def _build_actors(self) -> None:
         """Build what opens, saves and says something."""

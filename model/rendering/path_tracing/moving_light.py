@@ -82,12 +82,12 @@ class LightHistory:
     """Averages the light of successive pictures of one volume.
 
     It begins anew when anything but the view changes: while a TF is edited, the paths' random
-    numbers stay, and what changes is the edit.
+    numbers stay, and what changes is the edit. Two scenes that take turns have one each.
     """
 
     def __init__(self, volume: Volume) -> None:
         self._volume = volume
-        self._past: _Past | None = None
+        self._pasts: list[_Past] = []
 
     def averaged(
         self,
@@ -98,13 +98,14 @@ class LightHistory:
     ) -> NDArray[np.float32]:
         """Take a picture's light, and return its mean with that of the pictures before."""
         counts = np.zeros(raster.shape, dtype=np.float32)
-        past = self._past
-        if past is not None and past.raster == raster and _is_alike(past.inputs, inputs):
+        past = next((each for each in self._pasts if _is_alike(each.inputs, inputs)), None)
+        if past is not None and past.raster == raster:
             before, counts = self._found_again(past, inputs.view, raster, depth)
             counts = np.minimum(counts, np.float32(MOST - 1))
             share = (counts / (1 + counts))[..., None]
             light = np.asarray(light + share * (before - light), dtype=np.float32)
-        self._past = _Past(inputs, raster, light, counts + 1, depth)
+        others = [each for each in self._pasts if each is not past][-1:]
+        self._pasts = [*others, _Past(inputs, raster, light, counts + 1, depth)]
         return light
 
     def _found_again(

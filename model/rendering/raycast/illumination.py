@@ -93,8 +93,8 @@ class Illumination:
     """Light that reaches the points of a volume, on a coarse grid.
 
     Extinction and ambient light depend on the opacity TF only and are cached while
-    the view changes. The distant light moves with the view; its shadows are
-    recomputed for each view, by one sweep.
+    the view changes, for two TFs that take turns. The distant light moves with the view;
+    its shadows are recomputed for each view, by one sweep.
     """
 
     def __init__(
@@ -120,7 +120,8 @@ class Illumination:
             look_around(scalars, missing, bins, layer, self._levels)
 
         list(executor.map(look, range(len(self._levels))))
-        self._opacities: NDArray[np.float32] | None = None
+        # Extinction and ambient light of the two TFs and crop boxes that were lit last.
+        self._lit: dict[tuple[bytes, CropBox | None], tuple[NDArray[np.float32], ...]] = {}
         self._crop: CropBox | None = None
 
     @property
@@ -231,14 +232,17 @@ class Illumination:
         crop: CropBox | None,
     ) -> NDArray[np.float32]:
         """Light at each node, which may be above 1."""
-        known = self._opacities is not None and np.array_equal(opacities, self._opacities)
-        if not known or crop != self._crop:
-            self._crop = crop
+        scene = opacities.tobytes(), crop
+        self._crop, known = crop, self._lit.pop(scene, None)
+        if known is None:
             self._extinction = self._mean_extinction(opacities)
-            self._ambient = np.mean(list(self._executor.map(self._sweep, AROUND)), axis=0)
-            self._opacities = opacities.copy()
+            ambient = np.mean(list(self._executor.map(self._sweep, AROUND)), axis=0)
+        else:
+            self._extinction, ambient = known
+        last = list(self._lit.items())[-1:]
+        self._lit = dict([*last, (scene, (self._extinction, ambient))])
         distant = self._sweep(travel_direction(view, light))
-        return np.float32(AMBIENT) * self._ambient + np.float32(DISTANT) * distant
+        return np.float32(AMBIENT) * ambient + np.float32(DISTANT) * distant
 
     def _lights(self, view: View, light: LightDirection) -> list[tuple[float, NDArray[np.float64]]]:
         """Strength and direction of each light, of which what is received is the sum."""

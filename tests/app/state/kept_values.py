@@ -26,7 +26,8 @@ SETTINGS = Settings(
     places={"/data/a.nrrd": "f1"},
 )  # fmt: skip
 MEMORY = VolumeMemory(
-    path="/data/a.raw", models=("/data/model",), tf=make_tf(140.0), up_axis="-y",
+    path="/data/a.raw", models=("/data/model",), tf=make_tf(140.0),
+    tf_b=make_tf(120.0), compares=True, up_axis="-y",
     raw_layout="8x8x8_uint8", choice="t=2", view=View(30.0, -20.0, 5.0, 1.5, 0.1, 0.0),
     lighting="soft", light=LightDirection(50.0, -20.0), brightness=1.5,
     light_seconds={"soft": 0.2}, crop=CropBox((0.1, 0.0, 0.0), (1.0, 0.5, 1.0)),

@@ -3,11 +3,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from PySide6.QtCore import QObject, Signal
+from ramp import make_tf
 
 from app.engines.client import Channel, Clients
 from app.engines.exactness import STOPS
 from app.engines.messages import Result
-from app.engines.requests import IMAGES, Image
+from app.engines.requests import IMAGES, IMAGES_B, Image
 from app.state.image_scheduler import ImageScheduler
 from model.rendering.raster import Raster
 from model.scene.view import View
@@ -27,13 +28,14 @@ class Client(QObject):
         self.abandoned = []
         self.is_held = False
         self.images = Channel(self, IMAGES, self)
+        self.images_b = Channel(self, IMAGES_B, self)
 
     def open(self, channel):
-        """It has one channel."""
+        """It has the channels of A and B."""
 
     def submit(self, request):
         self.asked.append(request)
-        self.images.accept(request)
+        (self.images if request.channel == IMAGES else self.images_b).accept(request)
 
     def abandon(self, channel):
         self.abandoned.append(channel)
@@ -161,3 +163,37 @@ def test_the_generator_of_path_traced_light_draws_what_the_reference_does_once(
     scheduler.hidden = frozenset({generator})
     turn(state, 30.0)
     assert reference.asked[-1].quality.live
+
+
+def test_b_is_drawn_in_turn_with_a_and_alone_where_only_its_tf_moves(state, scheduler, reference):
+    scheduler.compares = True
+    state.tf_input.compare(True)
+    b = reference.images_b
+
+    def asked():
+        """What was asked since, of A or B, and whether for while something moves."""
+        found = [("AB"[r.channel == IMAGES_B], r.quality.live) for r in reference.asked]
+        reference.asked.clear()
+        return found
+
+    # Both are refined, A first.
+    assert asked() == [("A", False), ("B", False)]
+    state.tf_input.move(make_tf(140.0))
+    # A shows what it did: it waits until nothing moves, and becomes better then.
+    assert asked() == [("B", True)] and reference.abandoned == [IMAGES]
+    state.tf_input.finish()
+    assert asked() == [("A", False), ("B", False)]
+    assert b.newest.inputs == state.inputs_of("B")
+    for channel in (reference.images, b):
+        channel.deliver(Result(channel.newest, Image(NOTHING, 0.1)))
+    turn(state, 10.0)
+    # Each has half of the time.
+    half = scheduler.stop.live_seconds / 2
+    assert [r.stop.live_seconds for r in reference.asked] == [half, half]
+    assert asked() == [("A", True), ("B", True)]
+    # What is not in sight is not asked for.
+    scheduler.compares = False
+    turn(state, 20.0)
+    b.deliver(Result(b.newest, Image(NOTHING, 0.1)))
+    reference.images.deliver(Result(reference.images.newest, Image(NOTHING, 0.1)))
+    assert asked() == [("A", True)]

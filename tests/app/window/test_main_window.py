@@ -107,7 +107,7 @@ def test_without_a_model_the_reference_has_the_window_and_is_lit(qtbot, make_win
     work.choose(size=256)
     settle(qtbot, window)
     assert "256 × 256" in window.reference.detail
-    assert window.top_bar.compare.isHidden() and window.top_bar.difference.isHidden()
+    assert window.top_bar.compare.isVisible() and not window.top_bar.compare.isChecked()
     assert window.reference.isVisible() and not window.generator.isVisible()
     assert builders.settings[-1].lighting == "soft"
     assert window.reference_controls.ball.isVisible()

@@ -167,7 +167,8 @@ def test_what_lies_over_the_images_follows_them(make_window):
     assert len(window.panes.images) == 2 and bar.compare.isChecked() and bar.difference.isChecked()
     window.workspace.open_model(None)
     action(window, "C").trigger()
-    assert "open a model" in window.status.news and not bar.compare.isChecked()
+    # B is what there is to compare.
+    assert window.panes.images == [window.reference, window.pane_b] and bar.compare.isChecked()
 
 
 def test_keys_reach_every_area_and_the_status_line_says_those_under_the_mouse(

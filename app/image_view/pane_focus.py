@@ -1,0 +1,88 @@
+"""Which of the panes A and B is edited, by clicks and keys; and the line between both in one."""
+
+from __future__ import annotations
+
+from typing import cast
+
+from PySide6.QtCore import QEvent, QObject, QPointF, Qt
+from PySide6.QtGui import QFocusEvent, QMouseEvent
+from PySide6.QtWidgets import QWidget
+
+from app.controls import BY_KEYS
+from app.image_view.engine_pane import EnginePane
+from app.image_view.image_canvas import ImageCanvas
+from app.state.edited_tf import EditedTF, PaneName
+
+GRIP = 9  # width next to the wipe line that takes the mouse, in pixels
+LEAST_SHARE = 0.02  # of the width that is left to either image
+
+
+class WipeLine(QWidget):
+    """The line in A's image from which on B's is seen in its place; the mouse drags it."""
+
+    def __init__(self, pane: EnginePane, pane_b: EnginePane) -> None:
+        super().__init__(pane.canvas)
+        self._canvas, self._canvas_b = pane.canvas, pane_b.canvas
+        self._share = 0.5
+        self.setCursor(Qt.CursorShape.SplitHCursor)
+        self.setToolTip("Drag to see more of A or of B")
+        self.hide()
+        pane.canvas.resized.connect(self._place)
+        # B's own canvas is out of sight.
+        pane_b.statusShown.connect(self._canvas.update)
+
+    @property
+    def share(self) -> float:
+        """Part of the image's width that is A's."""
+        return self._share
+
+    def set_shown(self, shown: bool) -> None:
+        """Show B to the right of the line, or A everywhere."""
+        self.setVisible(shown)
+        self._place()
+
+    def pane_at(self, position: QPointF) -> PaneName:
+        """Return whose image is at a position of the canvas."""
+        is_b = not self.isHidden() and position.x() > self._share * self._canvas.width()
+        return "B" if is_b else "A"
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        """Move the line with the mouse."""
+        place = self.mapTo(self._canvas, event.position()).x() / max(self._canvas.width(), 1)
+        self._share = min(max(place, LEAST_SHARE), 1 - LEAST_SHARE)
+        self._place()
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        """Take the mouse, which else would turn the view."""
+        event.accept()
+
+    def _place(self) -> None:
+        canvas = self._canvas
+        at = round(self._share * canvas.width())
+        self.setGeometry(at - GRIP // 2, 0, GRIP, canvas.height())
+        canvas.wiped = None if self.isHidden() else (self._canvas_b, at)
+
+
+class PaneFocus(QObject):
+    """Has the pane edited in which the mouse is pressed, or to which keys go."""
+
+    def __init__(
+        self, tf_input: EditedTF, pane: EnginePane, pane_b: EnginePane, wipe: WipeLine
+    ) -> None:
+        super().__init__(pane_b)
+        self._tf_input, self._wipe = tf_input, wipe
+        self._canvas: ImageCanvas = pane.canvas
+        self._of_b = pane_b.canvas, pane_b.caption
+        for widget in (pane.canvas, pane.caption, *self._of_b):
+            widget.installEventFilter(self)
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Note which pane is meant, and pass the event on."""
+        kind = event.type()
+        by_keys = kind == QEvent.Type.FocusIn and cast(QFocusEvent, event).reason() in BY_KEYS
+        if self._tf_input.compares and (kind == QEvent.Type.MouseButtonPress or by_keys):
+            pane: PaneName = "B" if watched in self._of_b else "A"
+            if watched is self._canvas and not by_keys:
+                pane = self._wipe.pane_at(cast(QMouseEvent, event).position())
+            self._tf_input.focus(pane)
+        return False

@@ -1,0 +1,223 @@
+"""A and B side by side: from keys and mouse to images, difference, files and figures."""
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtGui import QImage
+from PySide6.QtTest import QTest
+from ramp import make_tf
+from rested_window import act_until, rested, settle
+
+from app.engines.requests import IMAGES_B, PictureRequest
+from app.state.preferences import Preferences
+from app.window.figure import FigureChoice
+from app.window.main_window import MainWindow
+
+LEFT = Qt.MouseButton.LeftButton
+CTRL_SHIFT = Qt.KeyboardModifier.ControlModifier | Qt.KeyboardModifier.ShiftModifier
+OTHER = make_tf(140.0)
+
+
+@pytest.fixture
+def window(qtbot, make_window):
+    """A window without a model, in which B is shown next to A."""
+    window = rested(qtbot, make_window)
+    compare(qtbot, window)
+    return window
+
+
+def compare(qtbot, window):
+    # Keys go to the active window.
+    window.activateWindow()
+    qtbot.waitUntil(window.isActiveWindow)
+    QTest.keyClick(window, Qt.Key.Key_A)
+    settle(qtbot, window)
+    qtbot.waitUntil(lambda: window.pane_b.canvas.image is not None)
+
+
+def asked_of_b(builders):
+    return [r for r in builders.references[-1].requests if r.channel == IMAGES_B]
+
+
+def set_tf(qtbot, window, tf):
+    window.state.tf_input.set(tf, "another")
+    settle(qtbot, window)
+
+
+def edited(window):
+    """The pane that has a frame, what the editor's header says, and the pane in the state."""
+    (framed,) = [pane.name for pane in window.context.panes if pane.canvas.is_edited]
+    return framed, window.editor.pane_button.title, window.state.tf_input.pane
+
+
+def test_what_is_edited_is_the_pane_that_was_clicked(qtbot, window, builders):
+    a, first = window.reference.canvas, window.state.transfer_function
+    assert edited(window) == ("B", "TF of B", "B")
+    assert [pane.caption.title for pane in window.panes.images] == ["A", "B"]
+    drawn = builders.references[-1].requests
+    count = len(drawn)
+    set_tf(qtbot, window, OTHER)
+    # B alone is drawn anew.
+    assert {r.channel for r in drawn[count:]} == {IMAGES_B}
+    assert drawn[-1].inputs == window.state.inputs_of("B") != window.state.inputs_of("A")
+    QTest.mouseClick(a, LEFT, pos=a.rect().center())
+    assert edited(window) == ("A", "TF of A", "A")
+    assert window.state.transfer_function == first
+    # By the left button its menu opens, too.
+    QTest.mousePress(window.pane_b.caption, Qt.MouseButton.RightButton)
+    assert edited(window) == ("B", "TF of B", "B")
+    window.reference.canvas.setFocus(Qt.FocusReason.TabFocusReason)
+    assert edited(window)[0] == "A"
+    # The view is that of both.
+    count = len(drawn)
+    QTest.keyClick(a, Qt.Key.Key_Left)
+    settle(qtbot, window)
+    final = {r.channel: r.inputs for r in drawn[count:] if not r.quality.live}
+    assert {inputs.view for inputs in final.values()} == {window.state.view} and len(final) == 2
+    # Closed, it is asked for no more, and what it was comes back.
+    QTest.keyClick(window, Qt.Key.Key_C)
+    count = len(asked_of_b(builders))
+    set_tf(qtbot, window, make_tf(120.0))
+    assert len(asked_of_b(builders)) == count and window.panes.images == [window.reference]
+    assert window.reference.caption.title == "Direct light"
+    assert window.editor.pane_button.isHidden() and not window.reference.canvas.is_edited
+    compare(qtbot, window)
+    assert window.state.transfer_function == OTHER
+
+
+def test_b_takes_the_place_of_the_generator(qtbot, make_window):
+    window = make_window()
+    compare(qtbot, window)
+    assert window.panes.images == [window.reference, window.pane_b]
+    # The map has the place of both.
+    window.latent_state.choose(shown=True)
+    assert window.panes.images == [window.reference] and window.state.tf_input.pane == "A"
+    window.latent_state.choose(shown=False)
+    QTest.keyClick(window, Qt.Key.Key_C)
+    assert window.panes.images == [window.generator, window.reference]
+    assert window.reference.caption.title == "Ground truth"
+    window.state.tf_input.compare(True)
+    set_tf(qtbot, window, OTHER)
+    window.state.tf_input.compare(False)
+    window.latent_state.choose(shown=True)
+    # What is undone is seen.
+    window.state.edits.undo()
+    assert window.panes.images == [window.reference, window.pane_b]
+
+
+def test_questions_are_about_the_pane_with_the_focus(qtbot, window):
+    state, asker = window.state, window.workspace.sensitivity
+    set_tf(qtbot, window, OTHER)
+    window.sensitivity_state.keep(120.0, 140.0)
+    qtbot.waitUntil(lambda: window.pane_b.canvas.cover is not None)
+    assert window.reference.canvas.cover is None
+    assert asker.field.request.inputs == state.inputs_of("B")
+    state.tf_input.focus("A")
+    assert window.pane_b.canvas.cover is None
+    qtbot.waitUntil(lambda: window.reference.canvas.cover is not None)
+    assert asker.field.request.inputs == state.inputs_of("A")
+
+
+def test_the_difference_is_said_and_shown_over_b(qtbot, window):
+    assert window.pane_b.note == "same as A"
+    QTest.keyClick(window, Qt.Key.Key_D)
+    set_tf(qtbot, window, OTHER)
+    found = window.image_error.compared
+    # Fakes have a level of red for each TF.
+    reds = [pane._rgba[0, 0, 0] for pane in (window.pane_b, window.reference)]
+    assert found.difference == pytest.approx(0.2126 * (reds[0] - reds[1]), abs=1e-6)
+    assert f"differs from A by {found.error:.3f}".replace(" 0.", " .") == window.pane_b.note
+    assert not window.generator.note
+    window.state.tf_input.swap()
+    settle(qtbot, window)
+    assert window.image_error.compared.difference == pytest.approx(-found.difference)
+
+
+def test_in_one_image_the_line_divides_a_from_b(qtbot, window):
+    set_tf(qtbot, window, OTHER)
+    QTest.keyClick(window, Qt.Key.Key_W, CTRL_SHIFT)
+    settle(qtbot, window)
+    a, line = window.reference.canvas, window.wipe
+    qtbot.waitUntil(lambda: window.workspace.reference.raster.width == a.width())
+    settle(qtbot, window)
+    assert window.panes.images == [window.reference] and line.isVisible()
+    for target in (0.2, 0.7):
+        QTest.mousePress(line, LEFT, pos=line.rect().center())
+        QTest.mouseMove(line, line.mapFrom(a, QPoint(round(target * a.width()), 50)))
+        QTest.mouseRelease(line, LEFT)
+        assert line.share == pytest.approx(target, abs=0.01)
+        shown = a.grab().toImage()
+        at, row = round(target * a.width()), a.height() // 2 + 60
+        reds = [shown.pixelColor(at + step, row).red() for step in (-40, 40)]
+        images = a.image, window.pane_b.canvas.image
+        assert reds == [image.pixelColor(5, 5).red() for image in images]
+    QTest.mouseClick(a, LEFT, pos=QPoint(round(0.9 * a.width()), 80))
+    assert window.state.tf_input.pane == "B"
+    QTest.mouseClick(a, LEFT, pos=QPoint(round(0.4 * a.width()), 80))
+    assert window.state.tf_input.pane == "A"
+    QTest.keyClick(window, Qt.Key.Key_D)
+    assert not line.isVisible() and len(window.panes.images) == 2
+
+
+def test_sessions_and_the_next_run_bring_b_back(qtbot, builders, tmp_path):
+    (tmp_path / "ramp").touch()
+
+    def opened():
+        window = MainWindow(builders.make(), preferences=Preferences(tmp_path / "kept"))
+        qtbot.addWidget(window)
+        opening = window.workspace.opening
+        act_until(qtbot, window.workspace.volumeStarted, opening.open, tmp_path / "ramp")
+        return window
+
+    window = opened()
+    window.state.tf_input.compare(True)
+    set_tf(qtbot, window, OTHER)
+    saved, path = window.sessions.session(), tmp_path / "a.tfscope"
+    window.sessions.save(path)
+    window.close()
+    window = opened()
+    assert window.state.tf_input.of("B") == OTHER and window.panes.compares
+    assert window.state.tf_input.pane == "A"
+    window.state.tf_input.copy("A")
+    window.state.tf_input.compare(False)
+    act_until(qtbot, window.workspace.volumeStarted, window.files.open, path)
+    assert window.sessions.session() == saved and window.panes.compares
+
+
+def test_figures_have_both_with_a_legend_each(qtbot, window, builders, tmp_path, monkeypatch):
+    set_tf(qtbot, window, OTHER)
+    assert window.saving.first_choice().which == "a_b"
+    wide, high = window.saving.sizes()["a_b_difference"]
+    assert wide > 2.9 * window.reference.canvas.width() > high
+    engine, asked = builders.references[-1], []
+
+    def picture(request, watch):
+        asked.append(request)
+        shape = request.quality.pixels.shape
+        level = 200 if request.inputs == window.state.inputs_of("B") else 100
+        return np.full((*shape, 4), (level, level, level, 255), np.uint8)
+
+    monkeypatch.setattr(engine, "picture", picture)
+    place = tmp_path / "both.png"
+    choice = FigureChoice(920, 300, legend=True, which="a_b_difference")
+    window.saving.draw(choice, place)
+    qtbot.waitUntil(place.exists)
+    assert {r.inputs for r in asked} == {window.state.inputs_of(name) for name in "AB"}
+    assert all(isinstance(r, PictureRequest) for r in asked)
+    saved = QImage(str(place))
+    # In the brightness of the light.
+    a, b = (saved.pixelColor(x, 150).red() for x in (100, 400))
+    assert 100 <= a < a + 50 < b
+    # B is brighter everywhere: the colour of the upper end, not a grey.
+    colors = saved.pixelColor(680, 150).getRgb()[:3]
+    assert max(colors) - min(colors) > 20
+
+
+def test_an_image_of_b_that_fails_says_so(qtbot, window, builders):
+    builders.references[-1].error = ValueError("no memory")
+    window.state.tf_input.set(OTHER, "another")
+    qtbot.waitUntil(lambda: "no memory" in window.pane_b.canvas.message)
+    assert not window.reference.canvas.message
+    builders.references[-1].error = None
+    set_tf(qtbot, window, make_tf(120.0))
+    qtbot.waitUntil(lambda: not window.pane_b.canvas.message)
