@@ -122,6 +122,7 @@ class SensitivityView(QObject):
             "pick": (*labels, findings.refresh),
             "field": (*covers, self._show_source),
             "seen": covers,
+            "seen_too": covers,
             # What was asked.
             "choices": (
                 what_if.forget, *regions, *labels, *covers, *bars,
@@ -269,7 +270,8 @@ class SensitivityView(QObject):
     def _field(self, pane: EnginePane) -> Answer[Any] | None:
         band, wanted = self._asked.band, pane.engine
         if wanted == "exact" and pane is not self._edited:
-            return None
+            # The other one of A and B says as well where values are visible, but no more.
+            return self._asker.seen_too if self._state.tf_input.compares else None
         if band is not None and not band.effect:
             # It is the same by any engine: one image shows it, and the other stays as it is.
             return self._asker.seen if pane is self._left else None

@@ -76,9 +76,9 @@ def displayed(answer: RegionAnswer) -> NDArray[np.float64]:
     return shown_responses(answer.value, pixels, request.width)
 
 
-Question = Literal["region", "visibility", "field", "seen", "pick"]
+Question = Literal["region", "visibility", "field", "seen", "seen_too", "pick"]
 """A region's changes, what is visible in it, what an edit changes in each pixel, where values are
-seen, what shows at a place."""
+seen, and where in the other one of A and B, what shows at a place."""
 
 REST_SIZE = 256  # largest shorter edge for regions at rest
 REST_SECONDS = 1.5  # time that a region at rest may take, where fewer pixels would do
@@ -97,6 +97,7 @@ class SensitivityAsker(QObject):
     """Newest answer of each source, maybe about another image or place: see :meth:`is_fresh`."""
     fields: dict[Source, FieldAnswer]
     seen: ValueVisibilityAnswer | None  # newest answer about where the band is visible
+    seen_too: ValueVisibilityAnswer | None  # and where in the pane without the focus
     visibility: VisibilityAnswer | None  # of all values, in the active region and the whole image
     pick: VisibilityAnswer | None  # about those at the clicked place
     _problems: dict[Source, str]
@@ -287,7 +288,7 @@ class SensitivityAsker(QObject):
         if self.asked.band is None:
             self._band_rest.stop()
             self._ask("field", "seen", seconds=DRAG_SECONDS)
-            self.fields, self.seen = {}, None
+            self.fields, self.seen, self.seen_too = {}, None, None
             self.answered.emit("field")
         elif not self._moves:
             self._ask("field", "seen", seconds=DRAG_SECONDS)
@@ -308,7 +309,10 @@ class SensitivityAsker(QObject):
     def order(self, question: Question, live: bool = False) -> list[EngineName]:
         """Engines to ask, the one that is shown first; while dragging, only one that keeps up."""
         names, band = self.engines, self.asked.band
-        if question in ("field", "seen") and (band is None or band.effect != (question == "field")):
+        of_band = question in ("field", "seen", "seen_too")
+        if of_band and (band is None or band.effect != (question == "field")):
+            return []
+        if question == "seen_too" and not self.state.tf_input.compares:
             return []
         if question not in ("region", "field"):
             # It is the same by any engine and in any light, and is cheap.
@@ -334,7 +338,8 @@ class SensitivityAsker(QObject):
     def quality(self, name: EngineName, question: Question) -> Quality:
         """Quality of an engine's answer at rest."""
         kind = self._kind(name, question)
-        size = self._picture.shorter if question in ("field", "seen") else self.rest_size
+        of_band = question in ("field", "seen", "seen_too")
+        size = self._picture.shorter if of_band else self.rest_size
         if question == "region" and self.pace.expected(kind, size) is not None:
             size = self.pace.size([kind], size, REST_SECONDS)
         return self.sized(name, size)
@@ -361,6 +366,8 @@ class SensitivityAsker(QObject):
     def _ask(self, *questions: Question, seconds: float | None = None) -> None:
         """Ask some questions, or call off what is not to be asked any more."""
         live = seconds is not None
+        if "seen" in questions:
+            questions = *questions, "seen_too"
         if self.is_starting() or (self.state.live and not live):
             return
         orders = {question: self.order(question, live) for question in questions}
@@ -390,6 +397,8 @@ class SensitivityAsker(QObject):
     def _request(self, question: Question, quality: Quality) -> Request:
         inputs, outline, choices = self.state.inputs, self.asked.outline, self.asked.choices
         width, band, place = choices.width, self.asked.band, self.asked.place
+        if question == "seen_too":
+            inputs = self.state.inputs_of("A" if self.state.tf_input.pane == "B" else "B")
         if question == "region":
             return RegionSensitivityRequest(inputs, quality, outline, width, choices.measure)
         if question == "visibility":
@@ -445,4 +454,4 @@ class SensitivityAsker(QObject):
 
     def _clear(self) -> None:
         self._problems, self.regions, self.fields = {}, {}, {}
-        self.seen = self.visibility = self.pick = None
+        self.seen = self.seen_too = self.visibility = self.pick = None

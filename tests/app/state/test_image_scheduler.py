@@ -43,9 +43,10 @@ class Client(QObject):
     def hold(self, is_held):
         self.is_held = is_held
 
-    def answer(self, is_last=True, width=10):
+    def answer(self, is_last=True, width=10, channel=None):
         rgba = np.zeros((4, width, 4), np.float32)
-        self.images.deliver(Result(self.asked[-1], Image(rgba, 0.1, is_last=is_last)))
+        channel, request = channel or self.images, channel.newest if channel else self.asked[-1]
+        channel.deliver(Result(request, Image(rgba, 0.1, is_last=is_last)))
 
 
 @pytest.fixture
@@ -185,7 +186,7 @@ def test_b_is_drawn_in_turn_with_a_and_alone_where_only_its_tf_moves(state, sche
     assert asked() == [("A", False), ("B", False)]
     assert b.newest.inputs == state.inputs_of("B")
     for channel in (reference.images, b):
-        channel.deliver(Result(channel.newest, Image(NOTHING, 0.1)))
+        reference.answer(channel=channel)
     turn(state, 10.0)
     # Each has half of the time.
     half = scheduler.stop.live_seconds / 2
@@ -194,6 +195,6 @@ def test_b_is_drawn_in_turn_with_a_and_alone_where_only_its_tf_moves(state, sche
     # What is not in sight is not asked for.
     scheduler.compares = False
     turn(state, 20.0)
-    b.deliver(Result(b.newest, Image(NOTHING, 0.1)))
-    reference.images.deliver(Result(reference.images.newest, Image(NOTHING, 0.1)))
+    for channel in (b, reference.images):
+        reference.answer(channel=channel)
     assert asked() == [("A", True)]

@@ -31,8 +31,14 @@ def compare(qtbot, window):
     window.activateWindow()
     qtbot.waitUntil(window.isActiveWindow)
     QTest.keyClick(window, Qt.Key.Key_A)
-    settle(qtbot, window)
     qtbot.waitUntil(lambda: window.pane_b.canvas.image is not None)
+    follow_pane(qtbot, window)
+
+
+def follow_pane(qtbot, window):
+    """Wait for images of the panes' new sizes."""
+    work = window.workspace.reference
+    qtbot.waitUntil(lambda: not work._pane_rest.isActive() and window.workspace.is_settled)
 
 
 def asked_of_b(builders):
@@ -64,7 +70,7 @@ def test_what_is_edited_is_the_pane_that_was_clicked(qtbot, window, builders):
     assert edited(window) == ("A", "TF of A", "A")
     assert window.state.transfer_function == first
     # By the left button its menu opens, too.
-    QTest.mousePress(window.pane_b.caption, Qt.MouseButton.RightButton)
+    QTest.mouseClick(window.pane_b.caption, Qt.MouseButton.RightButton)
     assert edited(window) == ("B", "TF of B", "B")
     window.reference.canvas.setFocus(Qt.FocusReason.TabFocusReason)
     assert edited(window)[0] == "A"
@@ -108,7 +114,14 @@ def test_b_takes_the_place_of_the_generator(qtbot, make_window):
 def test_questions_are_about_the_pane_with_the_focus(qtbot, window):
     state, asker = window.state, window.workspace.sensitivity
     set_tf(qtbot, window, OTHER)
+    # Where values are visible is seen in both.
+    window.sensitivity_state.hover(130.0)
+    canvases = [pane.canvas for pane in window.panes.images]
+    qtbot.waitUntil(lambda: all(canvas.cover is not None for canvas in canvases))
+    asked = [asker.seen, asker.seen_too]
+    assert [each.request.inputs for each in asked] == [state.inputs_of(name) for name in "BA"]
     window.sensitivity_state.keep(120.0, 140.0)
+    qtbot.waitUntil(lambda: window.reference.canvas.cover is None)
     qtbot.waitUntil(lambda: window.pane_b.canvas.cover is not None)
     assert window.reference.canvas.cover is None
     assert asker.field.request.inputs == state.inputs_of("B")
@@ -138,8 +151,7 @@ def test_in_one_image_the_line_divides_a_from_b(qtbot, window):
     QTest.keyClick(window, Qt.Key.Key_W, CTRL_SHIFT)
     settle(qtbot, window)
     a, line = window.reference.canvas, window.wipe
-    qtbot.waitUntil(lambda: window.workspace.reference.raster.width == a.width())
-    settle(qtbot, window)
+    follow_pane(qtbot, window)
     assert window.panes.images == [window.reference] and line.isVisible()
     for target in (0.2, 0.7):
         QTest.mousePress(line, LEFT, pos=line.rect().center())
