@@ -269,12 +269,13 @@ class SensitivityView(QObject):
 
     def _field(self, pane: EnginePane) -> Answer[Any] | None:
         band, wanted = self._asked.band, pane.engine
-        if wanted == "exact" and pane is not self._edited:
-            # The other one of A and B says as well where values are visible, but no more.
-            return self._asker.seen_too if self._state.tf_input.compares else None
         if band is not None and not band.effect:
-            # It is the same by any engine: one image shows it, and the other stays as it is.
-            return self._asker.seen if pane is self._left else None
+            # It is the same by any engine: one image shows it, and the other stays as it is, but
+            # of A and B each shows its own.
+            other = self._asker.seen_too if self._state.tf_input.compares else None
+            return self._asker.seen if pane is self._left else other
+        if wanted == "exact" and pane is not self._edited:
+            return None
         # Each image has its own engine's, not meanwhile the other's, which would be taken for it.
         other: EngineName = "learned" if wanted == "exact" else "exact"
         name = wanted if wanted in self._asker.engines else other

@@ -115,7 +115,7 @@ def test_questions_are_about_the_pane_with_the_focus(qtbot, window):
     state, asker = window.state, window.workspace.sensitivity
     set_tf(qtbot, window, OTHER)
     # Where values are visible is seen in both.
-    window.sensitivity_state.hover(130.0)
+    window.sensitivity_state.hover(130.0, effect=False)
     canvases = [pane.canvas for pane in window.panes.images]
     qtbot.waitUntil(lambda: all(canvas.cover is not None for canvas in canvases))
     asked = [asker.seen, asker.seen_too]
