@@ -272,8 +272,8 @@ class SensitivityView(QObject):
         if band is not None and not band.effect:
             # It is the same by any engine: one image shows it, and the other stays as it is, but
             # of A and B each shows its own.
-            other = self._asker.seen_too if self._state.tf_input.compares else None
-            return self._asker.seen if pane is self._left else other
+            too = self._asker.seen_too if self._state.tf_input.compares else None
+            return self._asker.seen if pane is self._left else too
         if wanted == "exact" and pane is not self._edited:
             return None
         # Each image has its own engine's, not meanwhile the other's, which would be taken for it.
