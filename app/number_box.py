@@ -90,11 +90,14 @@ class WholeNumberBox(QSpinBox):
             fits = self.minimum() <= self.valueFromText(text) <= self.maximum()
         except ValueError:
             fits = False
-        return _state(text.removesuffix(self.suffix()), fits), text, position
+        return _state(self._number(text), fits), text, position
 
     def valueFromText(self, text: str) -> int:
         """Read a number that is accepted."""
-        return int(text.removesuffix(self.suffix()))
+        return int(self._number(text))
+
+    def _number(self, text: str) -> str:
+        return text.removeprefix(self.prefix()).removesuffix(self.suffix())
 
     def fixup(self, text: str) -> str:
         """Make no other number of it, as by leaving out a comma."""

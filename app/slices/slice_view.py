@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 import pyqtgraph as pg
-from PySide6.QtCore import QEvent, QObject, QPointF, QRectF, QSignalBlocker, Qt, Signal
+from PySide6.QtCore import QEvent, QLineF, QObject, QPointF, QRectF, QSignalBlocker, Qt, Signal
 from PySide6.QtGui import (
     QBrush,
     QColor,
@@ -38,8 +38,7 @@ from model.scene.volume import Triple, Volume
 
 FAST = 10  # slices of a notch of the wheel with Shift
 ZOOM = 1.15  # factor of a notch with Ctrl
-LARGEST = 200  # the most by which a picture is enlarged
-MARGIN = 0.06  # around a picture that is shown as a whole, by its size
+LARGEST, MARGIN = 200, 0.06  # most enlargement of a slice; room around it, by its size
 GAP = 6.0  # half the gap of the cross-hair in its middle, in pixels
 PLACE, PADDING = 6, 8  # distance of the number's box to the corner, and its margin, in pixels
 GRAY_PIXELS = 200.0  # pixels of a drag that make the window of gray 2.7 times as wide
@@ -132,7 +131,9 @@ class SliceView(pg.GraphicsView):  # type: ignore[misc]
         self.setCentralItem(self._box)
         self._picture = _Picture(axisOrder="row-major")
         self._box.addItem(self._picture)
-        self._rectangle: Any = None
+        self._rectangle = _crop_rectangle()
+        self._rectangle.sigRegionChanged.connect(self._take_crop)
+        self._box.addItem(self._rectangle, ignoreBounds=True)
         self.number = WholeNumberBox(self.viewport())
         self.number.move(PLACE, PLACE)
         self.number.valueChanged.connect(self._go_to)
@@ -140,6 +141,7 @@ class SliceView(pg.GraphicsView):  # type: ignore[misc]
         self.setMinimumSize(120, 90)
         self.setProperty("role", "slice")
         self.setCursor(Qt.CursorShape.CrossCursor)
+        self.number.setKeyboardTracking(False)
 
     @property
     def plane(self) -> Plane:
@@ -166,8 +168,7 @@ class SliceView(pg.GraphicsView):  # type: ignore[misc]
             self._picture.smooth = state.smooth
             self._picture.setImage(picture, autoLevels=False, levels=None)
             self._picture.setRect(self._voxels)
-        with QSignalBlocker(self.number):
-            self.number.setValue(index)
+        self.number.show_value(index)
         self._show_crop()
         self.viewport().update()
 
@@ -200,31 +201,24 @@ class SliceView(pg.GraphicsView):  # type: ignore[misc]
             part.setAccessibleName(f"{plane.name} slice")
         # As wide as its largest number.
         box.set_limits(0, last)
-        with QSignalBlocker(box):
-            box.setValue(last)
+        box.show_value(last)
         width = box.fontMetrics().horizontalAdvance(box.text()) + 2 * PADDING
         box.setFixedSize(width, box.sizeHint().height())
-        if self._rectangle is not None:
-            self._box.removeItem(self._rectangle)
-            self._rectangle = None
+        self._rectangle.maxBounds = self._whole
+        self._box.setLimits(minXRange=wide / LARGEST, maxXRange=LARGEST * wide)
         self.fit()
 
     def _show_crop(self) -> None:
         """Draw the crop box where there is one, with handles while it can be dragged."""
         box, edits = self._state.crop, self._state.edits_crop
-        if self._rectangle is None and (box is not None or edits):
-            self._rectangle = _crop_rectangle(self._whole)
-            self._rectangle.sigRegionChanged.connect(self._take_crop)
-            self._box.addItem(self._rectangle, ignoreBounds=True)
-        if self._rectangle is not None:
-            self._rectangle.setVisible(box is not None or edits)
-            box = box or CropBox()
-            rect = QRectF(self._in_picture(box.low), self._in_picture(box.high)).normalized()
-            with QSignalBlocker(self._rectangle):
-                self._rectangle.setPos(rect.topLeft(), update=False, finish=False)
-                self._rectangle.setSize(rect.size().toTuple(), finish=False)
-            for handle in self._rectangle.getHandles():
-                handle.setVisible(edits)
+        self._rectangle.setVisible(box is not None or edits)
+        box = box or CropBox()
+        rect = QRectF(self._in_picture(box.low), self._in_picture(box.high)).normalized()
+        with QSignalBlocker(self._rectangle):
+            self._rectangle.setPos(rect.topLeft(), update=False, finish=False)
+            self._rectangle.setSize(rect.size().toTuple(), finish=False)
+        for handle in self._rectangle.getHandles():
+            handle.setVisible(edits)
 
     def _take_crop(self, rectangle: Any) -> None:
         """Move the planes of the crop box that were dragged."""
@@ -268,7 +262,10 @@ class SliceView(pg.GraphicsView):  # type: ignore[misc]
         moved, keys = event.angleDelta(), event.modifiers()
         notches = (moved.y() or moved.x()) / 120
         if keys & Qt.KeyboardModifier.ControlModifier:
-            self._zoom(notches, event.position())
+            self._is_fit = False
+            middle, factor = self._box.mapSceneToView(event.position()), ZOOM**-notches
+            self._box.scaleBy((factor, factor), center=middle)
+            self.viewport().update()
             return
         # Wheels of high resolution report parts of a notch.
         self._notches += notches * (FAST if keys & Qt.KeyboardModifier.ShiftModifier else 1)
@@ -276,14 +273,6 @@ class SliceView(pg.GraphicsView):  # type: ignore[misc]
         self._notches -= steps
         self._state.scroll(self.plane.axis, steps)
         self._state.hovered.emit(self.place_under(event.position()))
-
-    def _zoom(self, notches: float, position: QPointF) -> None:
-        least = self._voxels.width() / max(self.width(), 1) / LARGEST
-        if notches < 0 or self._box.viewPixelSize()[0] > least:
-            self._is_fit = False
-            middle, factor = self._box.mapSceneToView(position), ZOOM**-notches
-            self._box.scaleBy((factor, factor), center=middle)
-            self.viewport().update()
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Scroll by Page up and Page down, show all by Home; others are the window's."""
@@ -348,7 +337,7 @@ class SliceView(pg.GraphicsView):  # type: ignore[misc]
 
     def _handle_at(self, position: QPointF) -> Any:
         """The crop box's handle at a position; None without one."""
-        handles = self._rectangle.getHandles() if self._state.edits_crop and self._rectangle else ()
+        handles = self._rectangle.getHandles() if self._state.edits_crop else ()
         return next((item for item in self.items(position.toPoint()) if item in handles), None)
 
     def drawBackground(self, painter: QPainter, rect: QRectF) -> None:
@@ -366,30 +355,30 @@ class SliceView(pg.GraphicsView):  # type: ignore[misc]
         color.setAlpha(170)
         painter.setPen(QPen(color, 1))
         x, y = at.x(), at.y()
-        for start, end in (
-            ((0, y), (x - GAP, y)), ((x + GAP, y), (wide, y)),
-            ((x, 0), (x, y - GAP)), ((x, y + GAP), (x, high)),
-        ):  # fmt: skip
-            painter.drawLine(QPointF(*start), QPointF(*end))
+        for line in (QLineF(0, y, x - GAP, y), QLineF(x + GAP, y, wide, y)):
+            painter.drawLine(line)
+        for line in (QLineF(x, 0, x, y - GAP), QLineF(x, y + GAP, x, high)):
+            painter.drawLine(line)
         inside, sides = self.rect().adjusted(4, 2, -4, -2), Qt.AlignmentFlag
         plate = QColor(theme.CANVAS)
         plate.setAlpha(150)
         painter.setPen(QColor(theme.ON_IMAGE.dim))
-        middle, centre = sides.AlignVCenter, sides.AlignHCenter
-        places = sides.AlignLeft, sides.AlignRight, sides.AlignBottom, sides.AlignTop
-        for text, side, other in zip(
-            self.plane.edges, places, (middle, middle, centre, centre), strict=True
-        ):
+        level, upright = sides.AlignVCenter, sides.AlignHCenter
+        places = (
+            *(level | sides.AlignLeft, level | sides.AlignRight),
+            *(upright | sides.AlignBottom, upright | sides.AlignTop),
+        )
+        for text, place in zip(self.plane.edges, places, strict=True):
             # Else the cross-hair would cross out the letters in the middle.
-            painter.fillRect(painter.boundingRect(inside, side | other, text), plate)
-            painter.drawText(inside, side | other, text)
+            painter.fillRect(painter.boundingRect(inside, place, text), plate)
+            painter.drawText(inside, place, text)
 
 
-def _crop_rectangle(bounds: QRectF) -> Any:
+def _crop_rectangle() -> Any:
     """Return the crop box in one slice, in the units of its picture."""
     pen = pg.mkPen(theme.ON_IMAGE.text, width=1.2)
     options = {"movable": False, "rotatable": False, "pen": pen, "handlePen": pen}
-    rectangle = pg.ROI((0, 0), (1, 1), maxBounds=bounds, **options)
+    rectangle = pg.ROI((0, 0), (1, 1), **options)
     for x, y in ((0, 0), (0, 0.5), (0, 1), (0.5, 0), (0.5, 1), (1, 0), (1, 0.5), (1, 1)):
         # A handle's menu, which is never shown, would outlive it.
         rectangle.addScaleHandle((x, y), (1 - x, 1 - y)).menu.deleteLater()

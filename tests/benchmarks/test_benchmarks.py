@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from tests.benchmarks import extremes, motion, networks, path_light, renderers, sensitivity
+from tests.benchmarks import extremes, motion, networks, path_light, renderers, sensitivity, slices
 
 
 @pytest.fixture(scope="module")
@@ -43,3 +43,8 @@ def test_extremes_are_written_into_their_page_and_nothing_is_infinite(kinds, row
     assert "| one voxel thick | volume: an array" in text
     assert "| not finite |" not in text
     assert text.count("\n| ") > 2 * rows
+
+
+def test_scrolled_slices_are_counted(capsys, qapp):
+    slices.main(["--side", "16", "--seconds", "0.1"])
+    assert "overlay" in capsys.readouterr().out

@@ -1,5 +1,7 @@
 """Slices in the window, by mouse and keys; and what they and the images tell each other."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from mouse_events import drag, wheel
@@ -12,7 +14,7 @@ from model.rendering.ray_places import ray_places
 from model.scene.crop import CropBox
 from model.scene.slices import place_at, voxel_of
 from model.scene.view import Projection
-from model.scene.volume import Volume
+from model.scene.volume import FileFacts, Label, Volume
 
 CONTROL, SHIFT = Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.ShiftModifier
 
@@ -92,7 +94,9 @@ def test_the_wheel_and_keys_scroll_and_end_at_the_last_slice(window):
     assert voxel(window) == (before[0], 4, 0)
     QTest.keyClick(front, Qt.Key.Key_PageDown)
     assert voxel(window)[1] == 3
-    level.number.setValue(4)
+    level.number.selectAll()
+    QTest.keyClicks(level.number, "4")
+    QTest.keyClick(level.number, Qt.Key.Key_Return)
     assert voxel(window) == (before[0], 3, 4)
 
 
@@ -255,3 +259,47 @@ def test_the_crop_box_is_dragged_in_a_slice_as_one_edit(qtbot, window):
     window.crop_card.set_shown(False)
     assert view._rectangle.isVisible()
     assert not any(handle.isVisible() for handle in view._rectangle.getHandles())
+
+
+def with_missing():
+    volume = make_volume()
+    missing = np.zeros(volume.voxels.shape, bool)
+    missing[:, 2, 1] = True
+    return replace(volume, missing=missing)
+
+
+def labels():
+    voxels = np.zeros((5, 5, 5), np.uint8)
+    voxels[1:4, 1:4, 2] = 3
+    facts = FileFacts(is_labels=True, labels=(Label(3, "liver", (0.0, 1.0, 0.0)),))
+    return Volume(voxels, (1.0, 1.0, 7.0), file=facts, name="labels")
+
+
+@pytest.mark.parametrize(
+    ("volume", "here", "said"),
+    [
+        (with_missing(), (1, 2, 3), "nothing measured"),
+        (labels(), (2, 2, 2), "3   liver   voxel 2, 2, 2\nx 2  y 2  z 14"),
+        (Volume(make_volume().voxels, (1e-9, 2e-9, 3e-9)), (1, 1, 1), "x 1e-09  y 2e-09  z 3e-09"),
+        (Volume(make_volume().voxels[2:4]), (3, 0, 1), "x 3  y 0  z 1"),
+        (Volume(make_volume().voxels, (20.0, 1.0, 1.0)), (3, 0, 1), "x 60  y 0  z 1"),
+        (Volume(make_volume().voxels.astype(float) * 1e250), (1, 1, 1), "voxel 1, 1, 1"),
+    ],
+    ids=["missing", "labels", "tiny", "two slices", "thin", "huge"],
+)  # fmt: skip
+def test_other_volumes_have_slices(qtbot, builders, window, volume, here, said):
+    builders.volumes["other"] = volume
+    open_volume(qtbot, window, "other")
+    state(window).move(place_at(volume, here))
+    assert said in window.slices.column.readout
+    for view in views(window):
+        point = at(window, view, *here)
+        assert view.rect().contains(point)
+        assert voxel_of(volume, view.place_under(QPointF(point))) == here
+    shown = pixel(views(window)[0], at(window, views(window)[0], *here) + QPoint(2, 2))
+    assert shown[1] > shown[0] + 100 if volume.file.is_labels else shown[0] == shown[1] == shown[2]
+    assert state(window).smooth != volume.file.is_labels
+    if volume.missing is not None:
+        window.workspace.opening.draw_missing(True)
+        qtbot.waitUntil(lambda: state(window).volume.draws_missing)
+        assert said not in window.slices.column.readout
