@@ -33,6 +33,7 @@ from model.scene.crop import CropBox
 from model.scene.ranges import RangeChoice
 from model.scene.scene import LightDirection, Lighting, RendererName
 from model.scene.view import View
+from model.volume_files import Choice
 from model.volume_files.shipped import SCAN
 from model.volume_files.source import VolumeSource
 
@@ -157,11 +158,10 @@ class Window:
 
     def _start(self) -> WindowStart:
         source = self.source
-        choice = source.choice
         typed = source.scalar_range
         own = options.same_named(self, WindowStart)
         own["volume"] = source.path or self._default_volume()
-        own["choice"] = choice if choice.text else None
+        own["choice"] = Choice.parse(source.text) if source.text else None
         own["scalar_range"] = None if typed is None else RangeChoice.parse(typed)
         return WindowStart(**own, scale=source.scale)
 

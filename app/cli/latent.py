@@ -174,7 +174,7 @@ def _drawing(
 
 
 def _grid(map_: LatentMap, brush: tuple[float, float, float, float], draw: Draw) -> _Found:
-    from app.figures.pages import mosaic
+    from app.figures.plots import mosaic
 
     cells = map_.cells(brush)
     filled = cells.count > 0

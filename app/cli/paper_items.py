@@ -42,7 +42,7 @@ from model.paper.exploration import Exploration, detail, final_map, overview, wa
 from model.paper.pictures import Compared, approach, compared_samples
 from model.paper.subject import Subject, open_subject
 from model.paper.tables import (
-    HoldoutErrors,
+    Means,
     Table,
     holdout_errors,
     nearest_errors,
@@ -230,10 +230,10 @@ class _Maker:
             with counting("nearest training images", count) as show:
                 nearest = nearest_errors(store, count, show)
         return table_1(
-            self._subjects, errors, 4 if self._asked.quick else TIMED_SAMPLES, store, nearest
+            self._subjects, errors, count, 4 if self._asked.quick else TIMED_SAMPLES, store, nearest
         )
 
-    def _errors(self, subject: Subject, count: int, store: SampleStore | None) -> HoldoutErrors:
+    def _errors(self, subject: Subject, count: int, store: SampleStore | None) -> Means:
         from time import perf_counter
 
         if store is not None and store.scene != subject.generator.scene:

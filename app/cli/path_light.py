@@ -29,7 +29,7 @@ class DrawPairs:
     volume: list[Path] | None = option(
         None,
         "Volume file; may be repeated. (default: the shipped ones)",
-        check=lambda path: VolumeSource(path).check(),
+        check=lambda path: VolumeSource(path=path).check(),
     )
     blocks: int = option(8, "Groups of 8 pairs of each volume; about 30 s each.", min=1)
     samples: int = option(64, "Of what is learned.", min=8, max=4096)

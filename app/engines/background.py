@@ -20,58 +20,14 @@ class Pause(QTimer):
         self.timeout.connect(call)
 
 
-class BackgroundCall(QObject):
-    """Calls a function in a thread and emits its result or its error as a signal.
+class LatestCall(QObject):
+    """Calls functions in threads, and takes their results or the sentences of their errors.
 
-    After :meth:`abandon` neither `done` nor `failed` is emitted, only `finished`.
+    One runs at a time; of those asked for meanwhile, the newest comes next. With `at_once` each
+    starts when it is asked for, and only the newest one's result is taken.
     """
 
-    done = Signal(object)
-    failed = Signal(str)
-    finished = Signal()
-
-    _message = Signal(object, object)
-
-    def __init__(
-        self, function: Callable[[], Any], name: str, parent: QObject | None = None
-    ) -> None:
-        super().__init__(parent)
-        self._function = function
-        self._abandoned = False
-        self._thread = threading.Thread(target=self._run, name=THREAD_PREFIX + name, daemon=True)
-        self._message.connect(self._deliver, Qt.ConnectionType.QueuedConnection)
-
-    def start(self) -> None:
-        """Start the thread."""
-        self._thread.start()
-
-    def abandon(self) -> None:
-        """Discard the result; does not wait for the thread."""
-        self._abandoned = True
-
-    def join(self) -> None:
-        """Wait until the function has returned."""
-        if self._thread.ident is not None:
-            self._thread.join()
-
-    def _run(self) -> None:
-        try:
-            self._message.emit(self._function(), None)
-        except Exception as error:
-            self._message.emit(None, error_sentence(error))
-
-    @Slot(object, object)
-    def _deliver(self, result: Any, error: str | None) -> None:
-        if not self._abandoned:
-            if error is None:
-                self.done.emit(result)
-            else:
-                self.failed.emit(error)
-        self.finished.emit()
-
-
-class LatestCall(QObject):
-    """Runs one call at a time in a thread; of those asked for meanwhile, the newest comes next."""
+    _returned = Signal(object, object, object)
 
     def __init__(
         self,
@@ -79,31 +35,41 @@ class LatestCall(QObject):
         parent: QObject,
         take: Callable[[Any], object],
         refuse: Callable[[str], object],
+        at_once: bool = False,
     ) -> None:
         super().__init__(parent)
-        self._name, self._take, self._refuse = name, take, refuse
-        self._running: BackgroundCall | None = None
+        self._name, self._take, self._refuse, self._at_once = name, take, refuse, at_once
+        self._threads: list[threading.Thread] = []
+        self._wanted: threading.Thread | None = None
         self._next: Callable[[], Any] | None = None
         self._stopped = False
+        self._returned.connect(self._deliver, Qt.ConnectionType.QueuedConnection)
 
     @property
     def is_running(self) -> bool:
+        """True until all calls have returned, also those whose results are discarded."""
+        return bool(self._threads)
+
+    @property
+    def is_awaited(self) -> bool:
         """True while a result is expected."""
-        return self._running is not None
+        return self._wanted is not None
 
     def ask(self, function: Callable[[], Any]) -> None:
-        """Call a function as soon as the present call has ended, unless a newer one is asked."""
+        """Call a function, now or as soon as the present call has ended."""
         if self._stopped:
             return
-        self._next = function
-        if self._running is None:
-            self._start()
+        if self._threads and not self._at_once:
+            self._next = function
+            return
+        name = THREAD_PREFIX + self._name
+        self._wanted = threading.Thread(target=self._run, args=(function,), name=name, daemon=True)
+        self._threads.append(self._wanted)
+        self._wanted.start()
 
     def forget(self) -> None:
         """Discard the results of what was asked so far."""
-        self._next = None
-        if self._running is not None:
-            self._running.abandon()
+        self._next = self._wanted = None
 
     def stop(self) -> None:
         """Start nothing any more, and discard results."""
@@ -111,24 +77,30 @@ class LatestCall(QObject):
         self.forget()
 
     def join(self) -> None:
-        """Wait until the present call has returned."""
-        if self._running is not None:
-            self._running.join()
+        """Wait until all calls have returned."""
+        for thread in self._threads:
+            thread.join()
 
-    def _start(self) -> None:
-        function, self._next = self._next, None
-        assert function is not None
-        call = BackgroundCall(function, self._name, self)
-        call.done.connect(self._take)
-        call.failed.connect(self._refuse)
-        call.finished.connect(self._end)
-        self._running = call
-        call.start()
+    def _run(self, function: Callable[[], Any]) -> None:
+        own = threading.current_thread()
+        try:
+            self._returned.emit(own, function(), None)
+        except Exception as error:
+            self._returned.emit(own, None, error_sentence(error))
 
-    def _end(self) -> None:
-        call, self._running = self._running, None
-        if call is not None:
-            call.join()
-            call.deleteLater()
-        if self._next is not None and not self._stopped:
-            self._start()
+    @Slot(object, object, object)
+    def _deliver(self, thread: threading.Thread, result: Any, error: str | None) -> None:
+        thread.join()
+        is_wanted = thread is self._wanted
+        try:
+            if is_wanted:
+                self._wanted = None
+                if error is None:
+                    self._take(result)
+                else:
+                    self._refuse(error)
+        finally:
+            self._threads.remove(thread)
+            function, self._next = self._next, None
+            if function is not None:
+                self.ask(function)

@@ -8,14 +8,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from app.figures.pages import PICTURE, PLOT, Brush, Disc, Page, add_map, mosaic
 from app.figures.plots import (
     AXIS_WIDTH,
     COLORS,
     INK,
+    PICTURE,
+    PLOT,
+    Brush,
+    Disc,
+    Page,
     TFPlot,
     add_image,
+    add_map,
     label_axis,
+    mosaic,
     new_layout,
     save_layout,
 )
@@ -38,7 +44,9 @@ def save_explorations(path: Path, name: str, units: str, found: list[Exploration
         [GRID // 2] * (2 * len(found)),
     )
     for number, one in enumerate(found):
-        add_exploration(page, 2 * number, one, units, chr(ord("a") + number))
+        title = f"({chr(ord('a') + number)}) grid of the rectangle"
+        page.picture(2 * number, 0, title, mosaic(one.cells), rows=2)
+        _add_explored(page, 2 * number, 1, one, units)
     values = ", ".join(f"{v:.3g}" for v in found[0].map.samples.singular_values)
     page.save(
         path,
@@ -48,14 +56,13 @@ def save_explorations(path: Path, name: str, units: str, found: list[Exploration
     )
 
 
-def add_exploration(page: Page, row: int, one: Exploration, units: str, letter: str) -> None:
-    """Add grid, map, picture and TF of an exploration in two rows of a page."""
-    page.picture(row, 0, f"({letter}) grid of the rectangle", mosaic(one.cells), rows=2)
-    hovered = one.hovered
+def _add_explored(page: Page, row: int, column: int, one: Exploration, units: str) -> None:
+    """Add map, picture and TF of an exploration, in two rows and columns of a page."""
+    hovered, title = one.hovered, "t-SNE of the codes"
     disc = (*hovered.place, hovered.radius)
-    add_map(page.layout, row + 1, 1, "t-SNE of the codes", one.map.places, one.brush, [disc], 2)
-    page.picture(row, 2, "picture of the code", hovered.image)
-    page.tf(row + 1, 2, decoded_plot("decoded TF", one.inputs, hovered, units))
+    add_map(page.layout, row + 1, column, title, one.map.places, one.brush, [disc], 2)
+    page.picture(row, column + 1, "picture of the code", hovered.image)
+    page.tf(row + 1, column + 1, decoded_plot("decoded TF", one.inputs, hovered, units))
 
 
 def save_walk(
@@ -141,7 +148,10 @@ def save_teaser(
         responses=field.responses, band=field.band, window=window,
     )  # fmt: skip
     page.tf(1, 3, plot)
-    _add_explored(page, explored, units)
+    # Its grid takes two columns.
+    box = page.layout.addLayout(row=3, col=0, rowspan=2, colspan=2)
+    add_image(box, 0, 0, "(c) grid of the rectangle", mosaic(explored.cells))
+    _add_explored(page, 2, 2, explored, units)
     page.save(
         path,
         "(a) Images synthesized from view and TFs, next to the ground truth. (b) Opacity TF (blue) "
@@ -149,18 +159,6 @@ def save_teaser(
         "of the latent space of opacity TFs, pictures of the rectangle's cells, and the picture "
         "and decoded TF of the place in blue.",
     )
-
-
-def _add_explored(page: Page, explored: Exploration, units: str) -> None:
-    """Add part (c) of the teaser: its grid takes two columns."""
-    hovered = explored.hovered
-    box = page.layout.addLayout(row=3, col=0, rowspan=2, colspan=2)
-    add_image(box, 0, 0, "(c) grid of the rectangle", mosaic(explored.cells))
-    disc = (*hovered.place, hovered.radius)
-    places = explored.map.places
-    add_map(page.layout, 3, 2, "t-SNE of the codes", places, explored.brush, [disc], 2)
-    page.picture(2, 3, "picture of the code", hovered.image)
-    page.tf(3, 3, decoded_plot("decoded TF", explored.inputs, hovered, units))
 
 
 def save_overview(path: Path, name: str, units: str, found: Overview) -> None:

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from app.figures.pages import add_rectangle
 from app.figures.plots import (
     AXIS_WIDTH,
     TFPlot,
     add_caption,
     add_image,
+    add_rectangle,
     add_tf_plot,
     label_axis,
     new_layout,

@@ -13,13 +13,12 @@ from PySide6.QtGui import QKeySequence, QShortcut
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QDialog,
-    QDialogButtonBox,
     QTableWidget,
     QTableWidgetItem,
     QVBoxLayout,
 )
 
-from app.controls import order_focus
+from app.controls import close_box, fill, order_focus
 from app.engines.client import EngineName
 from app.image_view.engine_pane import EnginePane
 from app.sensitivity_view.band_layer import BandLayer, PlotMouse
@@ -205,13 +204,8 @@ class SensitivityView(QObject):
             for right, text in enumerate(row):
                 table.setItem(down, right, QTableWidgetItem(text))
         table.resizeColumnsToContents()
-        close = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
-        close.rejected.connect(dialog.reject)
-        column = QVBoxLayout(dialog)
-        column.addWidget(table)
-        column.addWidget(close)
+        fill(QVBoxLayout(dialog), table, close_box(dialog), margins=(9, 9, 9, 9), spacing=6)
         dialog.resize(*TABLE_SIZE)
-        dialog.finished.connect(dialog.deleteLater)
         dialog.open()
         return dialog
 

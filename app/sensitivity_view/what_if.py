@@ -9,9 +9,10 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QElapsedTimer, QObject, QTimer
+from PySide6.QtCore import QElapsedTimer, QObject
 from PySide6.QtWidgets import QPushButton
 
+from app.engines.background import Pause
 from app.engines.client import Channels, EngineName
 from app.engines.messages import Result
 from app.engines.requests import BatchRequest
@@ -101,8 +102,7 @@ class WhatIfQuestion(QObject):
         self.result = ""  # what the edit changes, in a sentence
         self.button = HeldButton("What if  W", lambda on: self.start() if on else self.end())
         self.button.setAccessibleName("What if")
-        self._band_rest = QTimer(self, singleShot=True, interval=BAND_REST_MS)
-        self._band_rest.timeout.connect(self.start)
+        self._band_rest = Pause(self, BAND_REST_MS, self.start)
 
     @property
     def is_on(self) -> bool:

@@ -12,7 +12,7 @@ from typing import Any, Protocol
 
 from PySide6.QtCore import QObject, Signal
 
-from app.engines.background import BackgroundCall
+from app.engines.background import LatestCall
 from app.engines.messages import error_sentence
 from app.state.generator_work import GeneratorWork
 from app.state.library import Library
@@ -90,7 +90,10 @@ class VolumeOpening(QObject):
         super().__init__(parent)
         self._read_volume, self._viewer = read_volume, viewer
         self._model, self._library, self._preferences = model, library, preferences
-        self._reading, self._ranging = _Newest(self), _Newest(self)
+        self._reading = LatestCall("volume", self, self._take, self._refuse, at_once=True)
+        show = viewer.show_range, viewer.refuse
+        self._ranging = LatestCall("range", self, *show, at_once=True)
+        self._stop = threading.Event()  # set when what is read is not wanted any more
         self._progressed.connect(self._say_progress)
         self._name = ""
         self.wanted = Wanted()
@@ -99,12 +102,12 @@ class VolumeOpening(QObject):
     @property
     def is_reading(self) -> bool:
         """True while a volume is read that is still wanted."""
-        return self._reading.is_busy
+        return self._reading.is_awaited
 
     @property
     def is_busy(self) -> bool:
         """True while something is read or computed that is still wanted."""
-        return self.is_reading or self._ranging.is_busy
+        return self.is_reading or self._ranging.is_awaited
 
     def open(self, path: Path, wanted: Wanted | None = None) -> None:
         """Read a volume in the background, and have it shown."""
@@ -112,12 +115,15 @@ class VolumeOpening(QObject):
         self._viewer.say_progress(f"Reading {path.name} …")
         self.reading.emit(path.name)
         self._model_now = self._present_model()
-        self._reading.run(partial(self._read, path, self.wanted), self._take, self._refuse)
+        self._stop.set()
+        self._stop = threading.Event()
+        self._reading.ask(partial(self._read, path, self.wanted, self._stop))
 
     def cancel(self) -> None:
         """Give up reading a volume; the open one stays."""
         if self.is_reading:
-            self._reading.abandon()
+            self._stop.set()
+            self._reading.forget()
             self._refuse(f"{self._name}: the reading was cancelled.")
 
     def follow_model(self) -> None:
@@ -132,7 +138,7 @@ class VolumeOpening(QObject):
 
     def follow(self, transfer_function: TransferFunction) -> None:
         """Show the open volume over a TF's range and scale, where these were changed."""
-        self._ranging.abandon()
+        self._ranging.forget()
         self.show_over(transfer_function.scalar_range, transfer_function.scale)
 
     def show_over(self, scalar_range: Range, scale: ValueScale) -> None:
@@ -141,33 +147,31 @@ class VolumeOpening(QObject):
         if opened is None:
             return
         if (scalar_range, scale) != (opened.volume.scalar_range, opened.volume.scale):
-            self._range(partial(opened.over, scalar_range, scale))
+            self._ranging.ask(partial(opened.over, scalar_range, scale))
 
     def show_on_scale(self, scale: ValueScale) -> None:
         """Show the open volume on another scale, under its default TF: one undo step."""
         opened = self._viewer.opened
         if opened is not None and scale != opened.volume.scale:
-            self._range(partial(opened.on_scale, scale))
+            self._ranging.ask(partial(opened.on_scale, scale))
 
     def draw_missing(self, drawn: bool) -> None:
         """Draw the open volume's missing voxels, or leave them transparent, as at first."""
         opened = self._viewer.opened
         if opened is not None and opened.has_missing and drawn != opened.volume.draws_missing:
             self._preferences.note_volume(opened.fingerprint, draws_missing=drawn)
-            self._range(partial(opened.drawing_missing, drawn))
+            self._ranging.ask(partial(opened.drawing_missing, drawn))
 
     def abandon(self) -> None:
         """Discard what is on its way."""
-        self._reading.abandon()
-        self._ranging.abandon()
+        self._stop.set()
+        self._reading.forget()
+        self._ranging.forget()
 
     def join(self) -> None:
         """Wait until all threads have ended."""
         self._reading.join()
         self._ranging.join()
-
-    def _range(self, compute: Callable[[], OpenedVolume]) -> None:
-        self._ranging.run(lambda _stop: compute(), self._viewer.show_range, self._viewer.refuse)
 
     def _present_model(self) -> _ModelNow:
         folder = self._model.folder
@@ -235,11 +239,11 @@ class VolumeOpening(QObject):
     def _take(self, read: _Read) -> None:
         if read.model != self._model_now:
             # Another one was opened meanwhile, and may have another range.
-            self._reading.run(lambda _stop: read.again(), self._take, self._refuse)
+            self._reading.ask(read.again)
             return
         self.reading.emit("")
         opened = read.opened
-        self._ranging.abandon()
+        self._ranging.forget()
         # What other windows have kept of it since.
         damage = self._preferences.refresh(opened.fingerprint)
         self.volumeRead.emit(opened)
@@ -339,58 +343,3 @@ def _replacing(kept: VolumeMemory, memory: VolumeMemory) -> VolumeMemory:
     """Return a session's memory with what it does not say, and a TF where it has none."""
     of_machine = replace(memory, models=kept.models, light_seconds=kept.light_seconds)
     return replace(of_machine, tf=memory.tf or kept.tf)
-
-
-class _Newest(QObject):
-    """Runs each function in a thread of its own; only the newest one's result is taken."""
-
-    def __init__(self, parent: QObject) -> None:
-        super().__init__(parent)
-        self._calls: list[BackgroundCall] = []
-        self._newest: BackgroundCall | None = None
-        self._stop = threading.Event()
-
-    @property
-    def is_busy(self) -> bool:
-        """True while a result is expected."""
-        return self._newest is not None
-
-    def run(
-        self,
-        function: Callable[[threading.Event], Any],
-        take: Callable[[Any], object],
-        refuse: Callable[[str], object],
-    ) -> None:
-        """Have a function's result taken, or the sentence of its error."""
-        self.abandon()
-        self._stop = threading.Event()
-        call = BackgroundCall(partial(function, self._stop), "volume")
-        call.done.connect(partial(self._finish, take))
-        call.failed.connect(partial(self._finish, refuse))
-        call.finished.connect(partial(self._forget, call))
-        self._newest = call
-        self._calls.append(call)
-        call.start()
-
-    def abandon(self) -> None:
-        """Discard what is on its way."""
-        self._stop.set()
-        if self._newest is not None:
-            self._newest.abandon()
-            self._newest = None
-
-    def join(self) -> None:
-        """Wait until all threads have ended."""
-        for call in [*self._calls]:
-            self._forget(call)
-
-    def _finish(self, take: Callable[[Any], object], outcome: object) -> None:
-        # Whoever takes it may start the next one.
-        self._newest = None
-        take(outcome)
-
-    def _forget(self, call: BackgroundCall) -> None:
-        if call in self._calls:
-            self._calls.remove(call)
-            call.join()
-            call.deleteLater()

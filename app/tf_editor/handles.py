@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from typing import Literal
 
-from PySide6.QtCore import QObject, QPoint, QPointF, QRectF, Qt, QTimer, Signal
+from PySide6.QtCore import QObject, QPoint, QPointF, QRectF, Qt, Signal
 from PySide6.QtGui import QColor, QPainter, QPen, QPolygonF
 from PySide6.QtWidgets import (
     QGraphicsItem,
@@ -19,6 +19,7 @@ from PySide6.QtWidgets import (
 )
 
 from app import theme
+from app.engines.background import Pause
 from app.state.viewer_state import ViewerState
 from model.scene import tf_editing as edits
 from model.scene.transfer_function import OpacityTF, TransferFunction
@@ -58,8 +59,7 @@ class DragHandle(QGraphicsObject):
         self.is_hovered = False
         self._grip: QPointF | None = None
         self._wanted: QPointF | None = None
-        self._pause = QTimer(self, singleShot=True, interval=STEP_MS)
-        self._pause.timeout.connect(self._step)
+        self._pause = Pause(self, STEP_MS, self._step)
         self.adds = False  # whether it was pressed with Shift or Ctrl, to be selected with others
 
     def set_look(self, fill: QColor, selected: bool, *, ringed: bool | None = None) -> None:

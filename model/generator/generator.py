@@ -25,7 +25,6 @@ from model.networks.generator_network import (
     EncodedInputs,
     GeneratorNetwork,
     decode_unit,
-    encode_unit,
 )
 from model.scene.inputs import SceneInputs, condition_numbers
 from model.scene.region import Mask
@@ -160,20 +159,6 @@ class Generator:
         images = panned(images, inputs.view)
         return images if np.ndim(latent) == 2 else images[0]
 
-    @torch.inference_mode()
-    def opacity_image(self, inputs: SceneInputs) -> NDArray[np.float32]:
-        """Generate the opacity image only, shape (So, So), in [0, 1]."""
-        _, image = self._decode(*self.network.features(self.encoded([inputs])))
-        return decode_unit(image)[0, 0].cpu().numpy()
-
-    @torch.inference_mode()
-    def encode(self, opacities: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Encode an opacity TF (256,) or (N, 256), in [0, 1], as latent codes."""
-        tfs = encode_unit(np.atleast_2d(opacities).astype(np.float32)).to(self.device)
-        codes: NDArray[np.float32] = self.network.codec.encode(tfs).cpu().numpy()
-        return codes if np.ndim(opacities) == 2 else codes[0]
-
-    @torch.inference_mode()
     def _codes(self, latent: NDArray[np.float32]) -> Tensor:
         """Check latent codes and pass them to the network's device."""
         codes = np.atleast_2d(latent).astype(np.float32)
@@ -185,13 +170,6 @@ class Generator:
                 f"A latent code of this model has {wanted} numbers, not {codes.shape[-1]}."
             )
         return torch.from_numpy(codes).to(self.device)
-
-    @torch.inference_mode()
-    def decode(self, latent: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Decode a latent code, or N of them, into opacity TFs (256,) or (N, 256) in [0, 1]."""
-        codes = self._codes(latent)
-        tfs = decode_unit(self.network.codec.decode(codes)).cpu().numpy()
-        return tfs if np.ndim(latent) == 2 else tfs[0]
 
     def encoded(self, inputs: Sequence[SceneInputs]) -> EncodedInputs:
         """Encode the inputs of N images for the network, on the generator's device."""

@@ -69,8 +69,7 @@ def load_model(folder: Path) -> tuple[ModelCard, GeneratorNetwork]:
 class _NoNumbers(TorchFunctionMode):
     """Leaves out what gives weights their first numbers.
 
-    On a device without memory, torch imports its compiler for it, which takes a second, and crashes
-    where Mesa's is loaded, too, in torch's builds with CUDA.
+    On a device without memory, torch imports its compiler for it, which takes a second.
     """
 
     def __torch_function__(self, func: Any, _types: Any, args: Any = (), kwargs: Any = None) -> Any:

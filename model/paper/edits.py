@@ -13,7 +13,8 @@ from model.paper.subject import Image, Subject
 from model.scene.inputs import SceneInputs
 from model.scene.region import Region
 from model.scene.scene import Scene
-from model.scene.tf_perturbation import EDIT_WIDTH, edit_around, with_opacity
+from model.scene.tf_emphasis import add_mode
+from model.scene.tf_perturbation import EDIT_WIDTH, edit_around
 from model.scene.transfer_function import TF_SAMPLES, GaussianMode
 from model.sensitivity.display import (
     field_of_value,
@@ -53,12 +54,9 @@ def suggested_mode(
 
 def with_mode(inputs: SceneInputs, mode: GaussianMode) -> SceneInputs:
     """Return the inputs with one more mode of the opacity TF, of modes or a free curve."""
-    tf = inputs.opacity_tf
-    if not tf.points:
-        return replace(inputs, opacity_tf=replace(tf, modes=(*tf.modes, mode)))
-    values = np.linspace(*tf.scalar_range, TF_SAMPLES)
-    bump = mode.amplitude * np.exp(-(((values - mode.mean) / mode.width) ** 2))
-    return with_opacity(inputs, tf.sample() + bump)
+    width = mode.width / math.sqrt(2)
+    tf = add_mode(inputs.opacity_tf, mode.mean, width, mode.amplitude)
+    return replace(inputs, opacity_tf=tf)
 
 
 BLOCKS = 16  # blocks along each side by which regions are chosen

@@ -24,6 +24,9 @@ from model.sensitivity.learned import Sensitivity
 PAPER_IMAGES = 200_000  # training images whose rendering time the paper's Table 1 has
 Errors = dict[str, NDArray[np.float64]]
 
+MEASURES = ("rmse", "emd", "ssim", "flip")
+Means = dict[str, float]  # of the errors on hold-out samples, by measure
+
 MEASURED_TOGETHER = 100  # hold-out samples that are in memory at once
 
 PAPER_TABLE_1 = (
@@ -39,23 +42,12 @@ PAPER_TABLE_1 = (
 """The paper's rows."""
 
 
-@dataclass(frozen=True)
-class HoldoutErrors:
-    """Mean errors on hold-out samples, see :class:`model.evaluation.holdout.Evaluation`."""
-
-    count: int
-    rmse: float
-    emd: float
-    ssim: float
-    flip: float
-
-
 def holdout_errors(
     subject: Subject,
     count: int,
     on_progress: Callable[[int], None] = lambda done: None,
     store: SampleStore | None = None,
-) -> HoldoutErrors:
+) -> Means:
     """Measure a model on the first hold-out samples of a data set of its scene."""
     scene = subject.generator.scene
 
@@ -71,7 +63,7 @@ def holdout_errors(
 
 def nearest_errors(
     store: SampleStore, count: int, on_progress: Callable[[int], None] = lambda done: None
-) -> HoldoutErrors:
+) -> Means:
     """Measure the training images that are nearest to a data set's first hold-out images."""
     return _means(
         count, lambda indices: neighbor_errors(store.read("holdout", indices), store), on_progress
@@ -80,25 +72,24 @@ def nearest_errors(
 
 def _means(
     count: int, errors: Callable[[range], Errors], on_progress: Callable[[int], None]
-) -> HoldoutErrors:
+) -> Means:
     rows = []
     for first in range(0, count, MEASURED_TOGETHER):
         indices = range(first, min(first + MEASURED_TOGETHER, count))
         rows.append(errors(indices))
         on_progress(indices.stop)
-    names = ("rmse", "emd", "ssim", "flip")
-    means = {name: float(np.concatenate([row[name] for row in rows]).mean()) for name in names}
-    return HoldoutErrors(count, **means)
+    return {name: float(np.concatenate([row[name] for row in rows]).mean()) for name in MEASURES}
 
 
 def table_1(
     subjects: Sequence[Subject],
-    errors: Sequence[HoldoutErrors],
+    errors: Sequence[Means],
+    count: int,
     timed: int,
     store: SampleStore | None = None,
-    nearest: HoldoutErrors | None = None,
+    nearest: Means | None = None,
 ) -> Table:
-    """Return Table 1: the models' data sets and errors, then the paper's.
+    """Return Table 1: the models' data sets and errors on so many samples, then the paper's.
 
     Rendering is timed on `timed` samples, unless the store is of the scene and has kept its time.
     `nearest` has the errors of the store's training images nearest to its hold-out images.
@@ -122,7 +113,7 @@ def table_1(
         heading,
         tuple(rows),
         (
-            f"{errors[0].count:,} hold-out samples (the paper: 2,000), {pixels} pixels "
+            f"{count:,} hold-out samples (the paper: 2,000), {pixels} pixels "
             "(256 x 256). Time of images: of so many random samples with "
             f"{os.cpu_count()} threads on this machine, from {timed} of them, or from a data set's "
             "own time; the paper's was a GPU, or a cluster for its lit images.",
@@ -131,7 +122,7 @@ def table_1(
 
 
 def _row_1(
-    subject: Subject, errors: HoldoutErrors, timed: int, store: SampleStore | None
+    subject: Subject, errors: Means, timed: int, store: SampleStore | None
 ) -> tuple[str, ...]:
     volume, scene = subject.volume, subject.generator.scene
     seconds, samples = (0.0, 0)
@@ -150,8 +141,8 @@ def _row_1(
     )
 
 
-def _cells(errors: HoldoutErrors) -> tuple[str, ...]:
-    return tuple(_short(e) for e in (errors.rmse, errors.emd, errors.ssim, errors.flip))
+def _cells(errors: Means) -> tuple[str, ...]:
+    return tuple(_short(errors[name]) for name in MEASURES)
 
 
 def _sample_seconds(subject: Subject, count: int) -> float:
@@ -176,7 +167,7 @@ def table_2(subject: Subject, repeats: int, blocks: int = PAPER_R) -> Table:
     generator = subject.generator
     scene, card = generator.scene, generator.card
     inputs = draw_sample(scene, subject.seed, "holdout", 0)
-    codes = np.repeat(generator.encode(inputs.opacity_tf.sample(scene.scalar_range))[None], 16, 0)
+    codes = np.repeat(subject.space.code_of(inputs.opacity_tf)[None], 16, axis=0)
     weights = sum(t.numel() for t in generator.network.parameters())
     stored = sum(path.stat().st_size for path in subject.folder.glob("generator-*.safetensors"))
     hours = float(card.training.get("seconds", 0)) / 3600

@@ -5,9 +5,10 @@ from __future__ import annotations
 import multiprocessing
 import os
 import signal
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 
@@ -65,47 +66,61 @@ def render_store(
     if not tasks:
         return
     workers = min(workers or os.cpu_count() or 1, len(tasks))
-    # "spawn", as torch's and OpenGL's threads do not survive a fork.
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(
-        workers, context, initializer=_start_worker, initargs=(store.path, volume)
-    ) as pool:
+    with rendering_pool(workers, volume, store.scene) as pool, explained():
         try:
-            for done in as_completed([pool.submit(_render_block, *task) for task in tasks]):
+            blocks = [pool.submit(_render_block, store.path, *task) for task in tasks]
+            for done in as_completed(blocks):
                 on_progress(done.result())
-        except BrokenProcessPool as error:
-            raise RenderError(
-                "A rendering process ended unexpectedly (out of memory?); "
-                "go on with fewer processes.",
-                workers="1",
-            ) from error
         except BaseException:
             pool.shutdown(wait=False, cancel_futures=True)
             raise
 
 
-_given: tuple[Path, Volume]  # the store's folder and the volume of a rendering process
+def rendering_pool(workers: int, volume: Volume, scene: Scene) -> ProcessPoolExecutor:
+    """Return processes that each have an :func:`own_renderer`."""
+    # "spawn", as torch's and OpenGL's threads do not survive a fork.
+    context = multiprocessing.get_context("spawn")
+    return ProcessPoolExecutor(workers, context, _start_worker, (volume, scene))
 
 
-def _start_worker(path: Path, volume: Volume) -> None:
+@contextmanager
+def explained() -> Iterator[None]:
+    """Say what happened where a process of a pool ended: a :class:`RenderError`."""
+    try:
+        yield
+    except BrokenProcessPool as error:
+        raise RenderError(
+            "A rendering process ended unexpectedly (out of memory?); go on with fewer processes.",
+            workers="1",
+        ) from error
+
+
+_given: tuple[Volume, Scene]  # of a rendering process
+
+
+def _start_worker(volume: Volume, scene: Scene) -> None:
     global _given
     # Each process renders its own blocks; Mesa's threads would compete with them.
     os.environ.setdefault("LP_NUM_THREADS", "1")
     # The parent process handles Ctrl-C and stops the pool.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    _given = path, volume
+    _given = volume, scene
 
 
 @cache
-def _opened() -> tuple[SampleStore, Renderer]:
+def own_renderer() -> Renderer:
+    """Return the renderer of a process of the pool."""
     # Not at the start of the process, so that errors reach the parent process.
-    path, volume = _given
-    store = SampleStore(path)
-    return store, make_renderer(volume, store.scene)
+    return make_renderer(*_given)
 
 
-def _render_block(split: Split, block: range) -> int:
-    store, renderer = _opened()
-    batch = render_samples(renderer, store.scene, store.seed, split, block)
+@cache
+def _opened(path: Path) -> SampleStore:
+    return SampleStore(path)
+
+
+def _render_block(path: Path, split: Split, block: range) -> int:
+    store = _opened(path)
+    batch = render_samples(own_renderer(), store.scene, store.seed, split, block)
     store.write_block(split, block, batch)
     return len(batch)

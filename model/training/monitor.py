@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import torch
 from skimage.io import imsave
-from torch import Tensor, nn
+from torch import Tensor
 from torch.nn.functional import adaptive_avg_pool2d
 from torch.optim.swa_utils import update_bn
 
@@ -22,7 +22,7 @@ from model import metrics
 from model.files import write_atomically
 from model.networks.generator_network import GeneratorNetwork, decode_unit
 from model.networks.size import NetworkSize
-from model.training.batch import EncodedBatch, encode_batch
+from model.training.batch import encode_batch
 from model.training.sources import SampleSource
 from model.training.stage import Losses, Stage, StepResult
 from model.training.state import Progress
@@ -272,17 +272,6 @@ class BatchNormRecalibration:
     def of(self, generator: GeneratorNetwork) -> GeneratorNetwork:
         """Return a recalibrated copy of a generator, in evaluation mode."""
         own = copy.deepcopy(generator)
-        update_bn(self._batches, _Decoding(own))
+        # It takes the first of what a batch is.
+        update_bn([[batch.inputs] for batch in self._batches], own)
         return own.eval()
-
-
-class _Decoding(nn.Module):
-    """Adapter that calls a generator with a whole batch, as :func:`update_bn` does."""
-
-    def __init__(self, generator: GeneratorNetwork) -> None:
-        super().__init__()
-        self.generator = generator
-
-    def forward(self, batch: EncodedBatch) -> tuple[torch.Tensor, torch.Tensor]:
-        images: tuple[torch.Tensor, torch.Tensor] = self.generator(batch.inputs)
-        return images

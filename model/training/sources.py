@@ -8,15 +8,12 @@ runs are reproducible and resume exactly; training waits if rendering falls behi
 
 from __future__ import annotations
 
-import multiprocessing
 import os
-import signal
 import threading
 import time
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
 from contextlib import ExitStack, closing
 from dataclasses import replace
 from functools import partial
@@ -25,9 +22,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from model.errors import DatasetError, RenderError
+from model.errors import DatasetError
 from model.rendering.renderer import Renderer
-from model.samples.sample_rendering import check_volume, make_renderer, render_samples
+from model.samples.sample_rendering import (
+    check_volume,
+    explained,
+    make_renderer,
+    own_renderer,
+    render_samples,
+    rendering_pool,
+)
 from model.samples.sample_store import BLOCK, SampleBatch, SampleStore
 from model.samples.sampling import Split
 from model.scene.inputs import encode_inputs
@@ -182,7 +186,7 @@ class StreamSource(SampleSource):
         ahead = max(AHEAD_BLOCKS, 2 * self._threads)
         ring = self._ring = _Ring(self._capacity, stage * STAGE_SAMPLES, oldest, ahead)
         scene = replace(self.scene, image_size=image_size or self.scene.image_size)
-        pool = self._pool(scene)
+        pool = rendering_pool(self._threads, self._volume, scene) if self._processes else None
         for _ in range(self._threads):
             threading.Thread(
                 target=self._render, args=(ring, scene, pool), name="samples", daemon=True
@@ -220,20 +224,12 @@ class StreamSource(SampleSource):
             self._ring.close()
             self._ring = None
 
-    def _pool(self, scene: Scene) -> ProcessPoolExecutor | None:
-        if not self._processes:
-            return None
-        # "spawn", as torch's threads do not survive a fork.
-        context = multiprocessing.get_context("spawn")
-        arguments = self._volume, scene, self.seed
-        return ProcessPoolExecutor(self._threads, context, _start_worker, arguments)
-
     def _render(self, ring: _Ring, scene: Scene, pool: ProcessPoolExecutor | None) -> None:
         """Render block after block into the ring, until it is closed."""
         try:
             with ExitStack() as stack:
                 if pool is not None:
-                    render = partial(_from_worker, pool)
+                    render = partial(_from_worker, pool, scene, self.seed)
                 else:
                     own = stack.enter_context(closing(make_renderer(self._volume, scene)))
                     render = partial(_timed, own, scene, self.seed)
@@ -258,29 +254,15 @@ def _timed(
     return samples, time.thread_time() - start
 
 
-_own: Callable[[range], tuple[SampleBatch, float]]  # how a rendering process renders samples
+def _timed_here(scene: Scene, seed: int, indices: range) -> tuple[SampleBatch, float]:
+    return _timed(own_renderer(), scene, seed, indices)
 
 
-def _start_worker(volume: Volume, scene: Scene, seed: int) -> None:
-    global _own
-    # The training handles Ctrl-C and ends the processes.
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    _own = partial(_timed, make_renderer(volume, scene), scene, seed)
-
-
-def _work(indices: range) -> tuple[SampleBatch, float]:
-    return _own(indices)
-
-
-def _from_worker(pool: ProcessPoolExecutor, indices: range) -> tuple[SampleBatch, float]:
-    try:
-        return pool.submit(_work, indices).result()
-    except BrokenProcessPool as error:
-        raise RenderError(
-            "A process that renders samples ended unexpectedly (out of memory?); "
-            "go on with fewer processes.",
-            workers="1",
-        ) from error
+def _from_worker(
+    pool: ProcessPoolExecutor, scene: Scene, seed: int, indices: range
+) -> tuple[SampleBatch, float]:
+    with explained():
+        return pool.submit(_timed_here, scene, seed, indices).result()
 
 
 class _Ring:

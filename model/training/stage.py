@@ -154,25 +154,30 @@ class Stage(ABC):
             judged["discriminator"] = self._train_discriminator(parts, kept)
         reported = dict(judged)
         self.generator_optimizer.zero_grad(set_to_none=True)
-        weights = self._weights()
         for part in parts:
             share = len(part) / len(batch)
-            fake, extra = kept or self._generated(part)
-            losses = self._generator_losses(part, fake, extra)
-            if adversaries:
-                with self._autocast():
-                    losses["adversarial"] = adversarial(self._judge(part, fake), 1.0)
-                    losses |= self._feature_losses(part, fake)
-            total = torch.stack([weights[name] * loss for name, loss in losses.items()]).sum()
-            (share * total).backward()  # type: ignore[no-untyped-call]
-            for name, loss in losses.items():
-                reported[name] = reported.get(name, 0.0) + share * float(loss.detach())
+            for name, loss in self._learn(part, share, adversaries, kept).items():
+                reported[name] = reported.get(name, 0.0) + share * float(loss)
         average_gradients(self.generator.parameters())
         gradient = float(clip_grad_norm_(self.generator.parameters(), math.inf))
         if math.isfinite(gradient):
             self.generator_optimizer.step()
             self._count()
         return StepResult(reported, gradient)
+
+    def _learn(
+        self, part: EncodedBatch, share: float, adversaries: bool, kept: tuple[Tensor, Any] | None
+    ) -> dict[str, Tensor]:
+        """Add the gradient of a part of a batch; return its losses by name."""
+        fake, extra = kept or self._generated(part)
+        losses, weights = self._generator_losses(part, fake, extra), self._weights()
+        if adversaries:
+            with self._autocast():
+                losses["adversarial"] = adversarial(self._judge(part, fake), 1.0)
+                losses |= self._feature_losses(part, fake)
+        total = torch.stack([weights[name] * loss for name, loss in losses.items()]).sum()
+        (share * total).backward()  # type: ignore[no-untyped-call]
+        return {name: loss.detach() for name, loss in losses.items()}
 
     def _recorded_step(self, batch: EncodedBatch) -> StepResult:
         """Attempt a step without a discriminator by a recorded pass."""
@@ -190,16 +195,13 @@ class Stage(ABC):
         All of it is done on the device, which must not wait for this process.
         """
         self.generator_optimizer.zero_grad(set_to_none=True)
-        fake, extra = self._generated(batch)
-        losses = self._generator_losses(batch, fake, extra)
-        weights = self._weights()
-        torch.stack([weights[name] * loss for name, loss in losses.items()]).sum().backward()  # type: ignore[no-untyped-call]
+        losses = self._learn(batch, 1.0, False, None)
         gradient = clip_grad_norm_(self.generator.parameters(), math.inf)
         # What the fused optimizer skips its step by.
         self.generator_optimizer.found_inf = (~gradient.isfinite()).float()  # type: ignore[attr-defined]
         self.generator_optimizer.step()
         self._names = list(losses)
-        return torch.stack([*(loss.detach().float() for loss in losses.values()), gradient])
+        return torch.stack([*(loss.float() for loss in losses.values()), gradient])
 
     def _count(self) -> None:
         """Count a step that has changed the generator, and average the generator."""

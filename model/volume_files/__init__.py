@@ -19,7 +19,7 @@ from model.volume_files.checks import unreadable
 from model.volume_files.choice import LARGEST, Choice, describe
 from model.volume_files.dicom import dicom_slices, read_dicom
 from model.volume_files.dicom_tags import is_dicom
-from model.volume_files.finish import Component, component_of, make_volume
+from model.volume_files.finish import component_of, make_volume
 from model.volume_files.foreign import folder_advice, foreign_advice, kind_by_content, suffix_of
 from model.volume_files.grid import Grid
 from model.volume_files.hdf5 import read_hdf5
@@ -29,11 +29,10 @@ from model.volume_files.nrrd_metaimage import read_metaimage, read_nrrd
 from model.volume_files.raw import RawLayout, read_raw
 from model.volume_files.tiff import read_tiff
 from model.volume_files.tiff_folder import read_tiff_folder, tiff_slices
-from model.volume_files.vti import read_vti
-from model.volume_files.vtk_images import read_legacy_vtk
+from model.volume_files.vtk_images import read_legacy_vtk, read_vti
 from model.volume_files.zarr_arrays import is_zarr, read_zarr
 
-__all__ = ["SUFFIXES", "Choice", "Component", "RawLayout", "describe", "read_volume"]
+__all__ = ["SUFFIXES", "Choice", "RawLayout", "describe", "read_volume"]
 
 _READERS: dict[str, Callable[[Path, Choice], Grid]] = {
     ".nrrd": read_nrrd,
@@ -56,7 +55,6 @@ def read_volume(
     path: Path,
     *,
     raw: RawLayout | None = None,
-    component: Component | None = None,
     choice: Choice = LARGEST,
 ) -> Volume:
     """Read a volume from a file of any supported kind, or from a folder of DICOM or TIFF slices.
@@ -69,8 +67,8 @@ def read_volume(
     path = Path(path)
     try:
         _check_path(path)
-        wanted = component_of(choice.component) if component is None else component
-        return make_volume(path, _read_grid(path, raw, choice), wanted, choice)
+        component_of(choice.component)
+        return make_volume(path, _read_grid(path, raw, choice), choice)
     except OSError as error:
         raise unreadable(path, error) from None
     except MemoryError:

@@ -29,7 +29,6 @@ from model.volume_files.choice import (
     LARGEST,
     AskedKind,
     Choice,
-    choice_notes,
     chosen,
     chosen_index,
     content,
@@ -175,7 +174,7 @@ def _grid(
         values,
         origin=array.origin,
         units="" if units == "1" else units,
-        notes=choice_notes(listed) + array.notes + roles.notes + notes,
+        notes=array.notes + roles.notes + notes,
         missing=missing,
         facts=FileFacts(
             file_format, array.unit, contents=listed, is_labels=array.is_labels, labels=array.labels

@@ -57,7 +57,7 @@ class Choice:
     @property
     def text(self) -> str:
         """The choice as one line, such as ``series=CT;time=3``; empty if nothing is chosen."""
-        chosen = ((field.name, getattr(self, field.name)) for field in fields(self))
+        chosen = ((field.name, getattr(self, field.name)) for field in fields(Choice))
         return ";".join(
             f"{name}=" + re.sub(r"([;\\])", r"\\\1", value)
             for name, value in chosen

@@ -17,7 +17,6 @@ from model.volume_files.choice import (
     LARGEST,
     AskedKind,
     Choice,
-    choice_notes,
     chosen_index,
     content,
 )
@@ -289,11 +288,8 @@ def _read(files: Sequence[Path], like: Path | None, choice: Choice) -> Grid:
     if left:
         notes += (f"Single images and those in colour were left out: {left} series.",)
     grid = read_stack(stack.frames)
-    return replace(
-        grid,
-        notes=choice_notes(contents) + notes + grid.notes,
-        facts=replace(grid.facts, contents=contents),
-    )
+    facts = replace(grid.facts, contents=contents)
+    return replace(grid, notes=notes + grid.notes, facts=facts)
 
 
 def _is_grey(frame: Frame) -> bool:

@@ -15,7 +15,7 @@ from model.scene.orientation import line_distance
 from model.scene.view import axis_labelled
 from model.scene.volume import Content, Volume, is_resolved
 from model.volume_files.checks import times
-from model.volume_files.choice import LARGEST, Choice, content
+from model.volume_files.choice import LARGEST, Choice, choice_notes, content
 from model.volume_files.grid import Grid, typed_spacing, typed_stretch
 from model.volume_files.label_names import told_apart
 
@@ -43,11 +43,9 @@ def component_of(text: str | None) -> Component | None:
     return int(text)
 
 
-def make_volume(
-    path: Path, grid: Grid, component: Component | None, choice: Choice = LARGEST
-) -> Volume:
+def make_volume(path: Path, grid: Grid, choice: Choice = LARGEST) -> Volume:
     """Convert the grid of a file or folder to a volume."""
-    grid = finished(path, grid, component)
+    grid = finished(path, grid, component_of(choice.component))
     if choice.spacing is not None or choice.stretch is not None:
         grid = _as_typed(grid, choice)
     if grid.facts.is_labels:
@@ -113,7 +111,8 @@ def finished(path: Path, grid: Grid, component: Component | None) -> Grid:
     scalars, missing, missing_notes = _without_missing(path, scalars, grid.missing)
     scalars, offset_notes = _without_offset(scalars)
     facts = replace(grid.facts, contents=contents)
-    notes = grid.notes + component_notes + missing_notes + offset_notes
+    notes = choice_notes(grid.facts.contents) + grid.notes
+    notes += component_notes + missing_notes + offset_notes
     return replace(grid, values=scalars, missing=missing, facts=facts, notes=notes)
 
 

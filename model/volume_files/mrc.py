@@ -11,7 +11,7 @@ from model.errors import first_line
 from model.scene.volume import FileFacts
 from model.volume_files.blocks import read_part, unpacked_start
 from model.volume_files.checks import check_grid, damaged, log_of, not_a, unsupported
-from model.volume_files.choice import LARGEST, Choice, choice_notes, chosen
+from model.volume_files.choice import LARGEST, Choice, chosen
 from model.volume_files.grid import Grid, usable_origin, usable_spacing
 
 SUFFIXES = (".mrc", ".rec", ".map", ".ccp4", ".mrcs", ".st", ".ali", ".mrc.gz", ".map.gz")
@@ -49,7 +49,7 @@ def read_mrc(path: Path, choice: Choice = LARGEST) -> Grid:
         values,
         sizes,
         usable_origin(origin),
-        notes=choice_notes(listed) + notes + spacing_notes,
+        notes=notes + spacing_notes,
         facts=FileFacts("MRC", unit, contents=listed),
     )
 

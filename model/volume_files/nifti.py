@@ -16,7 +16,7 @@ from model.scene.volume import FileFacts, Label
 from model.volume_files.arrays import rescaled
 from model.volume_files.blocks import read_part, unpacked_start
 from model.volume_files.checks import check_grid, damaged, errors_of, not_a, unsupported
-from model.volume_files.choice import LARGEST, Choice, choice_notes, chosen
+from model.volume_files.choice import LARGEST, Choice, chosen
 from model.volume_files.grid import Grid, placed, unit_name, usable_origin
 from model.volume_files.label_names import LONGEST, snap_labels, workbench_labels
 
@@ -87,7 +87,7 @@ def read_nifti(path: Path, choice: Choice = LARGEST) -> Grid:
     grid = Grid(
         values,
         origin=usable_origin(head.origin),
-        notes=choice_notes(listed) + notes,
+        notes=notes,
         facts=FileFacts(
             head.format,
             head.unit,

@@ -26,7 +26,7 @@ from model.volume_files.checks import (
     truncated,
     unsupported,
 )
-from model.volume_files.choice import LARGEST, Choice, choice_notes, chosen
+from model.volume_files.choice import LARGEST, Choice, chosen
 from model.volume_files.grid import (
     OPPOSITES,
     Grid,
@@ -182,7 +182,7 @@ def read_nrrd(path: Path, choice: Choice = LARGEST) -> Grid:
         values,
         origin=usable_origin(origin),
         units=head.fields.get("sampleunits", "").strip('"'),
-        notes=choice_notes(listed) + notes,
+        notes=notes,
         facts=FileFacts(
             "NRRD",
             unit,
@@ -371,7 +371,6 @@ def read_metaimage(path: Path, choice: Choice = LARGEST) -> Grid:
     grid = Grid(
         read_block(block),
         origin=usable_origin(origin),
-        notes=choice_notes(listed),
         axis_labels=labels,
         facts=FileFacts(
             "MetaImage", unit_name(head.fields.get("DistanceUnits", "")), contents=listed

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
 
 from model.errors import VolumeError
@@ -17,36 +17,23 @@ from model.volume_files.shipped import DEFAULT_VOLUME, shipped_volumes
 
 
 @dataclass(frozen=True)
-class VolumeSource:
-    """Source of a volume, as plain data.
+class VolumeSource(Choice):
+    """Source of a volume, as plain data: its file, and what of it to read and how to look at it.
 
-    Without a path it is the shipped default. `raw` is a layout for :meth:`RawLayout.parse`; series
-    to component, spacing and stretch are those of :class:`Choice`; the range is one for
-    :meth:`RangeChoice.parse`, None for the robust one.
+    Without a path it is the shipped default. `raw` is a layout for :meth:`RawLayout.parse`; the
+    range is one for :meth:`RangeChoice.parse`, None for the robust one.
     """
 
     path: Path | None = None
     raw: str | None = None
-    component: str | None = None
     scalar_range: str | None = None
-    series: str | None = None
-    array: str | None = None
-    time: str | None = None
-    channel: str | None = None
     scale: ValueScale | None = None
-    spacing: str | None = None
-    stretch: str | None = None
 
     def read(self) -> Volume:
         """Read the volume, over its range; raise VolumeError for invalid options or files."""
         choice = self._range()
         volume = self.read_whole().on_scale(self.scale or "linear")
         return volume.over(robust_range(volume) if choice is None else choice.of(volume))
-
-    @property
-    def choice(self) -> Choice:
-        """Choice of what to read of a file that holds several volumes."""
-        return Choice(**{each.name: getattr(self, each.name) for each in fields(Choice)})
 
     @property
     def is_placed(self) -> bool:
@@ -56,7 +43,7 @@ class VolumeSource:
     def read_whole(self) -> Volume:
         """Read the volume over the range of all its voxels; see :meth:`read`."""
         path = self.path or DEFAULT_VOLUME
-        return read_volume(path, raw=self._layout(), choice=self.choice)
+        return read_volume(path, raw=self._layout(), choice=self)
 
     def check(self) -> None:
         """Refuse, by a VolumeError, invalid options and what is no volume at first sight."""

@@ -31,7 +31,6 @@ from model.volume_files.choice import (
     LARGEST,
     AskedKind,
     Choice,
-    choice_notes,
     chosen,
     chosen_index,
     content,
@@ -117,7 +116,7 @@ def read_tiff(path: Path, choice: Choice = LARGEST) -> Grid:
             values,
             spacing,
             units=units,
-            notes=choice_notes(listed) + notes + scale.notes + spacing_notes,
+            notes=notes + scale.notes + spacing_notes,
             missing=missing,
             facts=FileFacts(_NAMES.get(stack.series.kind, "TIFF"), scale.unit, contents=listed),
         )

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from model.errors import VolumeError
 from model.scene.volume import FileFacts
 from model.volume_files.checks import check_grid, slices_in, times
-from model.volume_files.choice import LARGEST, Choice, choice_notes, chosen_index, content, contents
+from model.volume_files.choice import LARGEST, Choice, chosen_index, content, contents
 from model.volume_files.grid import Grid, usable_spacing
 from model.volume_files.progress import counted
 from model.volume_files.tiff import (
@@ -76,7 +76,7 @@ def read_tiff_folder(folder: Path, slices: Sequence[Path], choice: Choice = LARG
         values if samples > 1 else values[..., 0],
         spacing,
         units=units,
-        notes=choice_notes(listed) + gaps + notes + scale.notes + spacing_notes,
+        notes=gaps + notes + scale.notes + spacing_notes,
         facts=FileFacts("TIFF slices", scale.unit, contents=listed),
     )
 
@@ -88,8 +88,7 @@ def _one_of_stacks(folder: Path, files: Sequence[Path], choice: Choice) -> Grid:
     grid = read_tiff(files[number], replace(choice, series=None))
     nz, ny, nx = grid.values.shape[:3]
     listed = contents("series", names, (nx, ny, nz), grid.values.dtype, number)
-    facts = replace(grid.facts, contents=listed + grid.facts.contents)
-    return replace(grid, facts=facts, notes=choice_notes(listed) + grid.notes)
+    return replace(grid, facts=replace(grid.facts, contents=listed + grid.facts.contents))
 
 
 def _check_slice(

@@ -154,7 +154,7 @@ def _labels(writer):
 def _read_volume(path):
     from model.volume_files.source import VolumeSource
 
-    VolumeSource(path).read()
+    VolumeSource(path=path).read()
     return ""
 
 

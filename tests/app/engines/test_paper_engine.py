@@ -10,6 +10,7 @@ from app.engines.renderer_engine import RendererEngine
 from app.engines.requests import UNWATCHED, BatchRequest, Quality, RegionSensitivityRequest
 from model.errors import NotOfferedError
 from model.generator.generator import Generator
+from model.latent.codes import NetworkCodec
 from model.networks.card import ModelCard
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.scene.inputs import SceneInputs
@@ -37,7 +38,7 @@ def test_codes_are_drawn_as_the_tfs_that_they_are_of(engine):
     assert engine.draws_codes
     other = SceneInputs.of(VIEW, make_tf(140.0))
     tfs = np.stack([one.opacity_tf.sample() for one in (INPUTS, other)])
-    codes = tuple(map(tuple, engine._generator.encode(tfs).tolist()))
+    codes = tuple(map(tuple, NetworkCodec(engine._generator.network.codec).encode(tfs).tolist()))
     from_codes = BatchRequest(INPUTS, SMALL, (other,), codes).answer(engine, UNWATCHED)
     from_tfs = BatchRequest(INPUTS, SMALL, (other,)).answer(engine, UNWATCHED)
     assert np.abs(from_tfs[0] - from_tfs[1]).max() > 1e-4

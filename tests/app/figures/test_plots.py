@@ -2,8 +2,15 @@ import numpy as np
 import pyqtgraph as pg
 import pytest
 
-from app.figures.pages import EMPTY, add_map, mosaic
-from app.figures.plots import RESPONSES_PER_AXIS, TFPlot, add_tf_plot, new_layout
+from app.figures.plots import (
+    EMPTY,
+    RESPONSES_PER_AXIS,
+    TFPlot,
+    add_map,
+    add_tf_plot,
+    mosaic,
+    new_layout,
+)
 from model.latent.latent_map import blended_code
 from model.scene.transfer_function import GaussianMode
 

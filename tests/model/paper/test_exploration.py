@@ -1,9 +1,11 @@
 import numpy as np
 import pytest
+import torch
 
 from model.latent.codes import sample_codes
 from model.latent.embedding import principal_places
 from model.latent.latent_map import LatentMap
+from model.networks.generator_network import decode_unit
 from model.paper.exploration import DETAIL_SHARE, WHOLE_SHARE, detail, overview, walk
 from model.paper.pictures import approach
 from model.samples.sampling import draw_opacity_tfs, draw_sample
@@ -26,9 +28,9 @@ def test_two_scales_of_one_map(subject, map_, inputs):
         assert left <= one.hovered.place[0] <= right and lower <= one.hovered.place[1] <= upper
         expected = subject.generator.render_latent(one.hovered.code, one.inputs)[..., :3]
         np.testing.assert_allclose(one.hovered.image, expected, atol=1e-5)
-        np.testing.assert_allclose(
-            one.hovered.opacities, subject.generator.decode(one.hovered.code), atol=1e-5
-        )
+        codes = torch.from_numpy(one.hovered.code)[None]
+        expected = decode_unit(subject.generator.network.codec.decode(codes))[0].detach()
+        np.testing.assert_allclose(one.hovered.opacities, expected.numpy(), atol=1e-5)
         means = map_.cells(one.brush)
         for row, column in np.argwhere(means.count > 0):
             picture = subject.generator.render_latent(means.codes[row, column], one.inputs)

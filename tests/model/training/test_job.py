@@ -17,7 +17,7 @@ from model.volume_files.source import VolumeSource
 
 FULL = TrainingJob(
     out=Path("runs/a"),
-    volume=VolumeSource(Path("v.raw"), "4x5x6_uint8", "magnitude"),
+    volume=VolumeSource(path=Path("v.raw"), raw="4x5x6_uint8", component="magnitude"),
     color_attention=True,
     settings=("joint.batch_size=4", "l1_weight=50"),
     minutes=1.5,
@@ -60,7 +60,7 @@ def test_what_does_not_fit_is_refused_before_anything_is_measured(store, tmp_pat
     other = tmp_path / "other_4x4x4_uint8.raw"
     other.write_bytes(bytes(range(64)))
     with pytest.raises(TrainingError, match="the data set shows 'blobs'"):
-        run_job(replace(job, volume=VolumeSource(other)))
+        run_job(replace(job, volume=VolumeSource(path=other)))
 
 
 def test_a_model_with_a_movable_light_is_trained_and_follows_it(volume, tmp_path):

@@ -23,7 +23,7 @@ from volume_writers import (
     write_vti,
 )
 
-from model.volume_files import RawLayout, describe, read_volume
+from model.volume_files import Choice, RawLayout, describe, read_volume
 from model.volume_files.progress import ReadingCancelledError, watched
 from model.volume_files.raw import fit_sentence, guess_layout, preview
 
@@ -165,7 +165,8 @@ VECTOR_FILES = {
 @pytest.mark.parametrize("component", [None, 0, 2, "magnitude"])
 @pytest.mark.parametrize("file", VECTOR_FILES)
 def test_one_component_of_several(tmp_path, file, component):
-    volume = read_volume(VECTOR_FILES[file](tmp_path / file), component=component)
+    choice = Choice(component=None if component is None else str(component))
+    volume = read_volume(VECTOR_FILES[file](tmp_path / file), choice=choice)
     read = "magnitude" if component is None else component
     expected = np.linalg.norm(VECTORS, axis=-1) if read == "magnitude" else VECTORS[..., read]
     np.testing.assert_allclose(volume.scalars, expected, rtol=1e-6)

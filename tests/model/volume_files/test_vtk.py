@@ -24,7 +24,7 @@ from vtkmodules.vtkIOXML import vtkXMLImageDataReader, vtkXMLImageDataWriter
 
 from model.volume_files import Choice, read_volume
 from model.volume_files.choice import LARGEST
-from model.volume_files.vti import read_vti
+from model.volume_files.vtk_images import read_vti
 
 CASES = Path(__file__).parent / "cases" / "vtk"
 ARRAY = voxels("float32")
