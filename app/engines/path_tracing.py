@@ -33,6 +33,7 @@ from model.scene.volume import Volume
 
 MOVING, SAMPLE = "moving", "one sample of each pixel"  # kinds of images, whose times are measured
 LEAST_SAMPLES = 8  # of each pixel at rest, on the slowest machine, too
+FIRST_SHARE = 1 / 6  # of the first sample's time that a finer image may take before it
 FEW_CLEAN, FEW = 1, 16  # samples of small pictures, where they are cleaned or not
 MARGIN = 64  # pixels around a tile of a picture to save, for what takes the noise out
 FIRST_GUESS_S = 5e-6  # expected time of a traced pixel before the first: that on two cores
@@ -121,7 +122,9 @@ class PathTracingEngine(RendererEngine):
             for image in self._preview.resting(request, watch, width, (SOON_SECONDS,)):
                 yield replace(image, is_preview=True)
             return
-        raster = self._sizes.within(MOVING, whole, SOON_SECONDS)
+        # Where the first sample takes long, the image of a drag does not stay all that time.
+        seconds = (self._sizes.expected(SAMPLE, whole.side) or 0.0) * FIRST_SHARE
+        raster = self._sizes.within(MOVING, whole, max(seconds, SOON_SECONDS))
         if raster.width > FINER * width:
             yield self._moving(request, raster, watch)
 

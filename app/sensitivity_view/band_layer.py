@@ -6,13 +6,14 @@ from collections.abc import Callable
 from typing import cast
 
 import pyqtgraph as pg
-from PySide6.QtCore import QEvent, QObject, QPoint, QPointF, QRect, Qt
+from PySide6.QtCore import QEvent, QObject, QPointF, Qt
 from PySide6.QtGui import QColor, QMouseEvent, QWheelEvent
 from PySide6.QtWidgets import QFrame, QGraphicsRectItem, QHBoxLayout, QLabel
 
 from app import theme
 from app.controls import fill
 from app.icons import IconButton
+from app.placing import freest
 from app.sensitivity_view.findings_panel import AddButton
 from app.sensitivity_view.response_layer import VisibleLayer
 from app.state.sensitivity_asker import SensitivityAsker
@@ -216,15 +217,8 @@ class BandLayer:
         others = [box for box in self._area.card_boxes() if box != self.tag.geometry()]
         taken = [*others, *self._area.handle_boxes(), *self._area.label_boxes()]
         lowest = plot.bottom() + 1 - size.height()
-        heights = range(plot.top(), lowest + 1, 4)
-        return next(
-            (
-                y
-                for y in heights
-                if not any(QRect(QPoint(left, y), size).intersects(box) for box in taken)
-            ),
-            plot.top(),
-        )
+        heights = range(plot.top(), max(lowest, plot.top()) + 1, 4)
+        return round(freest([(left, y) for y in heights], size, taken)[1])
 
 
 def _percent(share: float) -> str:

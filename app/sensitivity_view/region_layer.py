@@ -15,6 +15,7 @@ from app.controls import fill
 from app.icons import IconButton
 from app.image_view.gestures import CLICK_REACH
 from app.image_view.image_canvas import ImageCanvas
+from app.placing import freest
 from app.state.piece_finder import PieceFinder
 from app.state.sensitivity_asker import SensitivityAsker
 from app.state.sensitivity_state import SensitivityState, Tool
@@ -286,8 +287,9 @@ def name_corners(
         places = [QPointF(x, y) for y in (above, below) if y >= 18 for x in xs]
         steps = range(1, len(regions) + 1)
         places += [places[0] + QPointF(0, step * (plate.height() + 1)) for step in steps]
-        free = (at for at in places if not any(plate.translated(at).intersects(b) for b in taken))
-        corners.append(next(free, places[0]))
+        boxes = [plate.translated(place) for place in places]
+        x, y = freest([(box.x(), box.y()) for box in boxes], plate.size(), taken)
+        corners.append(QPointF(x, y) - plate.topLeft())
         taken.append(plate.translated(corners[-1]))
     return corners
 

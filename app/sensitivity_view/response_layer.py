@@ -15,6 +15,7 @@ from PySide6.QtWidgets import QToolButton, QWidget
 
 from app import theme
 from app.number_box import short
+from app.placing import freest
 from app.sensitivity_view.findings import ROWS, Peaks, displayed_now, of_interest
 from app.state.sensitivity_asker import SensitivityAsker
 from app.tf_editor.histogram import Curve
@@ -382,7 +383,7 @@ class VisibleLayer:
         """Put each above its peak, or higher where it would cover a handle, a card or another."""
         area = self._area
         cards, covered = area.card_boxes(), False
-        taken = [*area.handle_boxes(), *cards]
+        taken = area.handle_boxes()
         for number, label in enumerate(self._labels):
             label.setVisible(number < len(self._peaks))
             if number >= len(self._peaks):
@@ -393,9 +394,10 @@ class VisibleLayer:
             size = label.boundingRect().size().toSize()
             plot, at = area.rect, area.pixel(area.opacity, place, top)
             left = min(max(at.x() - size.width() // 2, plot.left()), plot.right() - size.width())
-            box = QRect(QPoint(left, at.y() - size.height()), size)
-            while any(box.intersects(other) for other in taken) and box.top() > plot.top():
-                box.translate(0, -2)
+            lowest = at.y() - size.height()
+            heights = range(lowest, min(lowest, plot.top()) - 2, -2)
+            upper = round(freest([(left, y) for y in heights], size, taken, cards)[1])
+            box = QRect(QPoint(left, upper), size)
             if label.isVisible():
                 covered |= any(box.intersects(card) for card in cards)
                 taken.append(box)

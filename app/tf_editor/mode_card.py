@@ -6,7 +6,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 from PySide6.QtCore import QPoint, QRect, QSize, Qt
 from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QWidget
@@ -15,6 +14,7 @@ from app import theme
 from app.controls import fill, text_button
 from app.icons import IconButton
 from app.number_box import NumberBox
+from app.placing import freest
 from app.tf_editor.handles import HandleMoves
 from app.tf_editor.plot_area import PIN_PLACE, PlotArea
 from app.tf_editor.tf_layers import ColorLayer
@@ -299,17 +299,6 @@ def _free_corner(
     aside = np.maximum(np.maximum(x - at.x(), at.x() - right), 0)
     above = np.maximum(np.maximum(y - at.y(), at.y() - bottom), 0)
     off_middle = np.abs((y + bottom) / 2 - at.y())
-    hidden = [_hidden(x, y, size, boxes) for boxes in layers]
-    # The last key decides first.
-    best = np.lexsort((off_middle, np.hypot(aside, above), *reversed(hidden)))[0]
-    return QPoint(int(x[best]), int(y[best]))
-
-
-def _hidden(
-    x: NDArray[np.int_], y: NDArray[np.int_], size: QSize, boxes: Sequence[QRect]
-) -> NDArray[np.int_]:
-    """Number of boxes that a card covers, for each of its corners."""
-    edges = np.array([(b.left(), b.top(), b.right(), b.bottom()) for b in boxes]).reshape(-1, 4)
-    left, top, right, bottom = edges.T[:, :, None]
-    apart = (right < x) | (left > x + size.width() - 1)
-    return np.sum(~(apart | (bottom < y) | (top > y + size.height() - 1)), axis=0)
+    nearest = np.lexsort((off_middle, np.hypot(aside, above)))
+    left, top = freest(zip(x[nearest], y[nearest], strict=True), size, *layers)
+    return QPoint(round(left), round(top))
