@@ -1,20 +1,18 @@
 """A small ramp of a volume, and transfer functions over it."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF, TransferFunction
 from model.scene.volume import Volume
 
 
-def make_volume(name: str = "ramp", top: float = 200.0) -> Volume:
+def make_volume(name="ramp", top=200.0):
     """Every value from 100 to `top`, none twice."""
     scalars = np.linspace(100.0, top, 6 * 5 * 4, dtype=np.float32).reshape(6, 5, 4)
     return Volume(scalars, name=name, units="K")
 
 
-def make_tf(*means: float) -> TransferFunction:
+def make_tf(*means):
     modes = tuple(GaussianMode(mean, 8.0, 0.5) for mean in means or (130.0, 170.0))
     stops = ((100.0, 0.0, 0.0, 0.0), (150.0, 0.2, 0.6, 0.4), (200.0, 1.0, 1.0, 1.0))
     return TransferFunction(OpacityTF((100.0, 200.0), modes), ColorTF((100.0, 200.0), stops))

@@ -5,25 +5,17 @@ none of its code, and none of what makes it fast: every sample is shaded itself,
 to its end.
 """
 
-from __future__ import annotations
-
 import itertools
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import BSpline
 
 from model.rendering.raster import Raster
 from model.rendering.scalars import noise_of
 from model.scene.crop import CropBox
-from model.scene.inputs import SceneInputs
-from model.scene.scene import LightDirection, Lighting
-from model.scene.volume import Volume
+from model.scene.scene import LightDirection
 from tests.reference_raycaster import (
-    Array,
-    Numbers,
-    Rays,
     alphas_of,
     at_bins,
     cast,
@@ -43,15 +35,8 @@ RAYS_AT_ONCE = 2048
 
 
 def picture(
-    volume: Volume,
-    inputs: SceneInputs,
-    size: int | Raster,
-    sample_distance: float,
-    lighting: Lighting = "none",
-    per_sample: Numbers | None = None,
-    opacity: Numbers | None = None,
-    least: float = 0.0,
-) -> Numbers:
+    volume, inputs, size, sample_distance, lighting="none", per_sample=None, opacity=None, least=0.0
+):
     """Return a picture (rows, columns, 4): RGBA, premultiplied, clipped to 0 to 1.
 
     `per_sample` and `opacity` are opacities of a whole step and of a voxel's length, in place of
@@ -93,13 +78,13 @@ def picture(
     return whole if np.iscomplexobj(whole) else np.clip(whole, 0, 1)
 
 
-def _steps(field: Array, places: Array) -> Array:
+def _steps(field, places):
     """Differences of the field a voxel further and a voxel back along each axis."""
     pairs = [(interpolated(field, places + e), interpolated(field, places - e)) for e in np.eye(3)]
     return np.stack([further - back for further, back in pairs], -1)
 
 
-def _label_steps(field: Array, places: Array) -> Array:
+def _label_steps(field, places):
     """Gradient of the share of the nearest voxel's label, by a cubic B-spline."""
     spline = BSpline.basis_element([-2, -1, 0, 1, 2], extrapolate=False)
     slope = spline.derivative()
@@ -113,14 +98,7 @@ def _label_steps(field: Array, places: Array) -> Array:
     return total
 
 
-def _reflected(
-    volume: Volume,
-    steps: Array,
-    noise: float,
-    rays: Rays,
-    travel: Array,
-    crop: CropBox | None,
-) -> tuple[Array, Array]:
+def _reflected(volume, steps, noise, rays, travel, crop):
     """Factor of the colour, and white gloss of each sample, by gradient shading."""
     places, spacing = rays.places, np.array(volume.spacing)
     seen = rays.towards[..., None, :]
@@ -152,14 +130,7 @@ def _reflected(
     return diffuse + most * (flat - diffuse), gloss + most * (shine - gloss)
 
 
-def _soft_grid(
-    volume: Volume,
-    field: Array,
-    opacity: Numbers,
-    travel: Array,
-    crop: CropBox | None,
-    mask: NDArray[np.bool_] | None,
-) -> Numbers:
+def _soft_grid(volume, field, opacity, travel, crop, mask):
     """Light at the nodes of the coarse grid (nz, ny, nx) of soft light."""
     extent, dimensions = np.array(volume.extent), np.array(volume.dimensions)
     counts = np.clip(np.ceil(NODES * extent / extent.max()).astype(int), 2, dimensions)
@@ -188,7 +159,7 @@ def _soft_grid(
     return np.where(light.real > 1, 1, light)
 
 
-def _around(nodes: int, voxels: int) -> NDArray[np.int64]:
+def _around(nodes, voxels):
     """Voxels (nodes, 4) along an axis that stand for those around each node."""
     size = (voxels - 1) / (nodes - 1)
     found = []
@@ -200,7 +171,7 @@ def _around(nodes: int, voxels: int) -> NDArray[np.int64]:
     return np.array(found)
 
 
-def _shares(crop: CropBox, counts: NDArray[np.int64]) -> Array:
+def _shares(crop, counts):
     """Share of the space around each node (nz, ny, nx) that a crop box leaves."""
     along = []
     for low, high, count in zip(crop.low, crop.high, counts, strict=True):
@@ -209,10 +180,10 @@ def _shares(crop: CropBox, counts: NDArray[np.int64]) -> Array:
         kept = np.minimum(end, high * (count - 1)) - np.maximum(begin, low * (count - 1))
         along.append(np.clip(kept, 0, None) / (end - begin))
     x, y, z = along
-    return np.asarray(z[:, None, None] * y[:, None] * x)
+    return z[:, None, None] * y[:, None] * x
 
 
-def _swept(extinction: Numbers, steps: Array) -> Numbers:
+def _swept(extinction, steps):
     """Share of a distant light that arrives at each node, from layer to layer of an axis."""
     order = np.argsort(-np.abs(steps), kind="stable")
     axes = tuple(2 - order)
@@ -228,7 +199,7 @@ def _swept(extinction: Numbers, steps: Array) -> Numbers:
     return np.transpose(out[turn], np.argsort(axes))
 
 
-def _shifted(padded: Numbers, u: float, v: float) -> Numbers:
+def _shifted(padded, u, v):
     """Interpolate a layer, padded by two, where the light of each node comes from."""
     rows, columns = (n - 4 for n in padded.shape)
     top, left = math.floor(-u), math.floor(-v)
@@ -239,7 +210,7 @@ def _shifted(padded: Numbers, u: float, v: float) -> Numbers:
     return (1 - down) * upper + down * lower
 
 
-def _at_nodes(grid: Numbers, places: Array, dimensions: tuple[int, int, int]) -> Numbers:
+def _at_nodes(grid, places, dimensions):
     """Light at places in voxels."""
     counts = np.array(grid.shape[::-1])
     at = places * (counts - 1) / (np.array(dimensions) - 1)
@@ -248,14 +219,7 @@ def _at_nodes(grid: Numbers, places: Array, dimensions: tuple[int, int, int]) ->
     return interpolated(grid, at)
 
 
-def derivative(
-    volume: Volume,
-    inputs: SceneInputs,
-    size: int | Raster,
-    sample_distance: float,
-    lighting: Lighting,
-    edit: Array,
-) -> tuple[Array, Array]:
+def derivative(volume, inputs, size, sample_distance, lighting, edit):
     """Return a picture (rows, columns, 4), and its exact derivative along an edit of the TF.
 
     The edit is of opacities per voxel length. The derivative of an opaque sample diverges; it is

@@ -10,26 +10,17 @@ Opacities may be complex numbers: what is computed of them is analytic, so that 
 opacities with a tiny imaginary part has its exact derivative there.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import map_coordinates
 
 from model.rendering.raster import Raster
 from model.rendering.scalars import filled
 from model.scene.crop import CropBox
 from model.scene.transfer_function import TF_SAMPLES
-from model.scene.view import VIEW_ANGLE, View
-from model.scene.volume import Volume
-
-Array = NDArray[np.float64]
-Numbers = NDArray[Any]
-"""Of float64, or of complex128 where a derivative is wanted."""
+from model.scene.view import VIEW_ANGLE
 
 
 @dataclass(frozen=True)
@@ -41,22 +32,14 @@ class Rays:
     first, and `towards` the rays' directions in the world.
     """
 
-    bins: Array
-    shares: Array
-    along: Array
-    places: Array
-    towards: Array
+    bins: np.ndarray
+    shares: np.ndarray
+    along: np.ndarray
+    places: np.ndarray
+    towards: np.ndarray
 
 
-def cast(
-    volume: Volume,
-    view: View,
-    size: int | Raster,
-    sample_distance: float,
-    crop: CropBox | None = None,
-    is_nearest: bool = False,
-    mask: NDArray[np.bool_] | None = None,
-) -> Rays:
+def cast(volume, view, size, sample_distance, crop=None, is_nearest=False, mask=None):
     """Follow the rays through the centres of an image's pixels, in steps of some voxels."""
     right, up, back = view.basis()
     distance = view.camera_distance(volume.radius)
@@ -93,7 +76,7 @@ def cast(
     return Rays(bins, shares, along, places, towards)
 
 
-def unit_field(volume: Volume) -> Array:
+def unit_field(volume):
     """Voxels (nz, ny, nx) with the scalar range mapped to 0 and 1; others may lie beyond."""
     voxels, (lo, hi) = volume.voxels, volume.scalar_range
     if volume.hidden is not None:
@@ -103,27 +86,27 @@ def unit_field(volume: Volume) -> Array:
     return np.asarray(exact / (np.longdouble(hi) / 2 - np.longdouble(lo) / 2), dtype=np.float64)
 
 
-def interpolated(field: Array, places: Array) -> Array:
+def interpolated(field, places):
     """Interpolate at places (..., 3) in voxels, x first; beyond the faces as at them."""
     at = np.moveaxis(places[..., ::-1], -1, 0)
-    return np.asarray(map_coordinates(field, at, order=1, mode="nearest", prefilter=False))
+    return map_coordinates(field, at, order=1, mode="nearest", prefilter=False)
 
 
-def correct(opacity: Array, sample_distance: float) -> Array:
+def correct(opacity, sample_distance):
     """Opacity of a sample, from that of a voxel's length."""
     if opacity.max() > 1:
         # Beyond what an opacity is, for differences of whole steps.
-        return np.asarray(1 - (1 - opacity) ** sample_distance)
+        return 1 - (1 - opacity) ** sample_distance
     with np.errstate(divide="ignore"):
-        return np.asarray(-np.expm1(sample_distance * np.log1p(-opacity)))
+        return -np.expm1(sample_distance * np.log1p(-opacity))
 
 
-def at_bins(bins: Array, table: Numbers) -> Numbers:
+def at_bins(bins, table):
     """Look up a table of 256 values, linear between them; at its start where there is no bin."""
-    return np.asarray(np.interp(np.nan_to_num(bins), np.arange(TF_SAMPLES), table))
+    return np.interp(np.nan_to_num(bins), np.arange(TF_SAMPLES), table)
 
 
-def alphas_of(bins: Array, shares: Array, per_sample: Numbers, least: float = 0.0) -> Numbers:
+def alphas_of(bins, shares, per_sample, least=0.0):
     """Opacity of each sample, 0 behind a ray's end.
 
     Of a lower transparency than `least` derivatives are those at it: by a part of a step, they
@@ -141,36 +124,34 @@ def alphas_of(bins: Array, shares: Array, per_sample: Numbers, least: float = 0.
     return np.where(np.isfinite(bins), of_part, 0)
 
 
-def weights_of(alpha: Numbers) -> Numbers:
+def weights_of(alpha):
     """Opacity of each sample times the transparency of all before it, along the last axis."""
     through = np.cumprod(1 - alpha, axis=-1)
     return alpha * np.concatenate([np.ones_like(through[..., :1]), through[..., :-1]], axis=-1)
 
 
-def composite(bins: Array, shares: Array, per_sample: Numbers, color: Array) -> Numbers:
+def composite(bins, shares, per_sample, color):
     """Composite samples (..., samples) front to back; return RGBA (..., 4), premultiplied."""
     weight = weights_of(alphas_of(bins, shares, per_sample))
     channels = [(weight * at_bins(bins, c)).sum(axis=-1) for c in color.T]
     return np.stack([*channels, weight.sum(axis=-1)], axis=-1)
 
 
-def depth(rays: Rays, per_sample: Array) -> Array:
+def depth(rays, per_sample):
     """World distance at which the accumulated opacity reaches 1/255; infinite where never."""
     alpha = alphas_of(rays.bins, rays.shares, per_sample)
     visible = 1 - np.cumprod(1 - alpha, axis=-1) >= 1 / 255
-    return np.asarray(np.where(visible, rays.along, np.inf).min(axis=-1))
+    return np.where(visible, rays.along, np.inf).min(axis=-1)
 
 
-def render(
-    volume: Volume, view: View, opacity: Array, color: Array, size: int, sample_distance: float
-) -> Array:
+def render(volume, view, opacity, color, size, sample_distance):
     """Render an unlit image, RGBA (size, size, 4), from TFs of 256 values."""
     rays = cast(volume, view, size, sample_distance)
     per_sample = correct(opacity.astype(np.float64), sample_distance)
     return composite(rays.bins, rays.shares, per_sample, color)
 
 
-def _pixels(raster: Raster, view: View) -> tuple[Array, Array]:
+def _pixels(raster, view):
     """Places of the pixels' centres, to the right and up, in halves of the shorter side."""
     columns = 2 * (raster.left + np.arange(raster.columns)) + 1 - raster.width
     rows = raster.height - 2 * (raster.top + np.arange(raster.rows)) - 1
@@ -179,8 +160,8 @@ def _pixels(raster: Raster, view: View) -> tuple[Array, Array]:
     return x, y
 
 
-def nearest(field: NDArray[Any], places: Array) -> NDArray[Any]:
+def nearest(field, places):
     """Value of the nearest voxel at places (..., 3)."""
     last = np.array(field.shape[::-1]) - 1
     x, y, z = np.moveaxis(np.clip(np.floor(places + 0.5), 0, last).astype(np.int64), -1, 0)
-    return np.asarray(field[z, y, x])
+    return field[z, y, x]

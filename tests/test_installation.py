@@ -1,18 +1,16 @@
 """The scripts that install what tfscope needs, and a library that must not be loaded."""
 
-from __future__ import annotations
-
 import importlib.util
 import os
 import subprocess
 import sys
 from pathlib import Path
-from types import ModuleType, SimpleNamespace
+from types import SimpleNamespace
 
 import pytest
 
 
-def script(name: str) -> ModuleType:
+def script(name):
     path = Path(__file__).parent.parent / ".ci" / f"{name}.py"
     spec = importlib.util.spec_from_file_location(name, path)
     assert spec is not None and spec.loader is not None
@@ -59,7 +57,7 @@ def test_without_settings_only_an_nvidia_gpu_brings_cuda(has_nvidia):
 def test_where_uv_cannot_be_had_or_fails_pip_installs(failing, monkeypatch):
     ran: list[list[str]] = []
 
-    def record(command: list[str], **_: object) -> SimpleNamespace:
+    def record(command, **_):
         ran.append(list(command))
         return SimpleNamespace(returncode=int(failing in command), stdout="")
 
@@ -77,7 +75,7 @@ def test_nothing_is_missing_where_the_tests_run():
 def test_a_library_that_does_not_load_names_its_package(monkeypatch):
     real = system_libraries.ctypes.CDLL
 
-    def without_egl(name: str) -> object:
+    def without_egl(name):
         if "EGL" in name:
             raise OSError(name)
         return real(name)
@@ -98,7 +96,7 @@ def test_without_rights_the_exact_command_is_printed(monkeypatch, capsys):
 def test_with_rights_apt_get_installs(monkeypatch):
     ran: list[list[str]] = []
 
-    def record(command: list[str], **_: object) -> SimpleNamespace:
+    def record(command, **_):
         ran.append(command)
         return SimpleNamespace(returncode=0)
 

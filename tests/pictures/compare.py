@@ -3,14 +3,11 @@
 Colour stands at the left of a stored picture, opacity at its right, so that both can be looked at.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 
 import imageio.v3 as iio
 import numpy as np
-from numpy.typing import NDArray
 
 STORED = Path(__file__).parent / "stored"
 FAILED = Path(__file__).parents[2] / "build" / "pictures"
@@ -19,51 +16,34 @@ STRAYS = 0.001
 """Share of a picture's numbers that may differ by more: another rounding moves a sample over a
 step of the TF, or a ray past an edge."""
 
-Picture = NDArray[np.uint8]
-
 
 @dataclass(frozen=True)
 class Tolerance:
-    """Largest differences of a picture from the stored one, where 1 is the full brightness.
-
-    Attributes
-    ----------
-    rmse : float
-        Root mean square difference.
-    most : float
-        Difference of all numbers but :data:`STRAYS`.
-    """
+    """Largest differences of a picture: root mean square, and of all numbers but STRAYS."""
 
     rmse: float
     most: float
 
 
-def side_by_side(image: NDArray[np.float32]) -> Picture:
+def side_by_side(image):
     """Colour beside opacity, of an image (rows, columns, 4) in [0, 1]."""
     opacity = np.repeat(image[..., 3:], 3, axis=-1)
     return np.rint(255 * np.concatenate([image[..., :3], opacity], axis=1)).astype(np.uint8)
 
 
-def store(name: str, picture: Picture) -> None:
+def store(name, picture):
     STORED.mkdir(exist_ok=True)
     iio.imwrite(STORED / f"{name}.png", picture, optimize=True)
 
 
-def stored(name: str) -> Picture:
+def stored(name):
     return np.asarray(iio.imread(STORED / f"{name}.png"))
 
 
-def check(name: str, drawn: Picture, tolerance: Tolerance, label: str) -> None:
+def check(name, drawn, tolerance, label):
     """Compare a picture with the stored one; fail with both, and their difference, in a folder.
 
-    Parameters
-    ----------
-    name : str
-        Of the stored picture.
-    drawn : ndarray of uint8, shape (rows, columns, 3)
-    tolerance : Tolerance
-    label : str
-        Who drew it, for the folder.
+    The label, for the folder, says who drew it.
     """
     expected = stored(name)
     assert drawn.shape == expected.shape, f"{name}: {drawn.shape} instead of {expected.shape}"

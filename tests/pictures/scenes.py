@@ -1,32 +1,26 @@
 """Scenes whose pictures are compared: volumes made here, lights, TFs, crop boxes and views."""
 
-from __future__ import annotations
-
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from model.rendering.raster import Raster
 from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs
 from model.scene.scene import LightDirection, Lighting
-from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF, Range
+from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF
 from model.scene.view import View
 from model.scene.volume import Volume
 
-Array = NDArray[np.float64]
 
-
-def _grid(x: int, y: int, z: int) -> tuple[Array, Array, Array]:
+def _grid(x, y, z):
     """Places of the voxels along x, y and z, -1 to 1, each of shape (z, y, x)."""
     places = np.meshgrid(*(np.linspace(-1, 1, n) for n in (z, y, x)), indexing="ij")
     return places[2], places[1], places[0]
 
 
-def _things(x: int, y: int, z: int) -> Array:
+def _things(x, y, z):
     """A ball in a shell, a bar through it and a soft blob aside, 0 to 255: no two sides alike."""
     a, b, c = _grid(x, y, z)
     distance = np.sqrt(a**2 + b**2 + c**2)
@@ -37,23 +31,23 @@ def _things(x: int, y: int, z: int) -> Array:
     return np.minimum(np.maximum.reduce([shell, ball, bar, blob]), 255)
 
 
-def _bytes() -> Volume:
+def _bytes():
     return Volume(np.rint(_things(40, 36, 32)).astype(np.uint8))
 
 
-def _floats() -> Volume:
+def _floats():
     """Waves as those of Marschner and Lobb, which have detail at every depth."""
     a, b, c = _grid(36, 36, 36)
     waves = np.cos(6 * np.pi * np.cos(np.pi * np.sqrt(a**2 + b**2) / 2))
     return Volume(((1 - np.sin(np.pi * c / 2) + 0.25 * (1 + waves)) / 2.5).astype(np.float32))
 
 
-def _anisotropic() -> Volume:
+def _anisotropic():
     """Slices that lie far apart."""
     return Volume(np.rint(_things(40, 32, 12)).astype(np.uint8), (0.7, 0.7, 2.4))
 
 
-def _missing() -> Volume:
+def _missing():
     """The same things without a quarter, where 9e9 is stored."""
     a, b, _ = _grid(40, 36, 32)
     voxels = _things(40, 36, 32)
@@ -62,17 +56,17 @@ def _missing() -> Volume:
     return Volume(voxels.astype(np.float32), missing=gone)
 
 
-def _noisy() -> Volume:
+def _noisy():
     noise = np.random.default_rng(4).random((32, 36, 40)) - 0.5
     return Volume(np.rint(60 + 0.6 * _things(40, 36, 32) + 40 * noise).astype(np.uint8))
 
 
-def _wide_range() -> Volume:
+def _wide_range():
     """Values from 1 to 1e5, on a logarithmic scale."""
     return Volume((10 ** (_things(36, 36, 36) / 51)).astype(np.float32)).on_scale("log")
 
 
-VOLUMES: dict[str, Callable[[], Volume]] = {
+VOLUMES = {
     "bytes": _bytes,
     "floats": _floats,
     "anisotropic": _anisotropic,
@@ -85,12 +79,12 @@ VOLUMES: dict[str, Callable[[], Volume]] = {
 
 
 @cache
-def volume_of(name: str) -> Volume:
+def volume_of(name):
     """The volume of that name; made once."""
     return VOLUMES[name]()
 
 
-def _modes(scalar_range: Range, *modes: tuple[float, float, float]) -> OpacityTF:
+def _modes(scalar_range, *modes):
     """Modes whose means and widths are fractions of the range."""
     lo, hi = scalar_range
     return OpacityTF(
@@ -98,13 +92,13 @@ def _modes(scalar_range: Range, *modes: tuple[float, float, float]) -> OpacityTF
     )
 
 
-def _steps(scalar_range: Range, *points: tuple[float, float]) -> OpacityTF:
+def _steps(scalar_range, *points):
     """A curve through points whose values are fractions of the range."""
     lo, hi = scalar_range
     return OpacityTF(scalar_range, points=tuple((lo + at * (hi - lo), a) for at, a in points))
 
 
-TFS: dict[str, Callable[[Range], OpacityTF]] = {
+TFS = {
     # The shell is a veil, the blob a cloud, ball and bar are solid.
     "veils": lambda r: _modes(r, (0.34, 0.06, 0.09), (0.5, 0.05, 0.2), (0.85, 0.2, 0.9)),
     "solid": lambda r: _steps(r, (0.25, 0.0), (0.34, 1.0)),
@@ -124,21 +118,7 @@ OBLIQUE = View(35.0, 25.0, 7.0, 0.64)
 
 @dataclass(frozen=True)
 class PictureScene:
-    """One scene, as one picture shows it.
-
-    Attributes
-    ----------
-    volume, tf : str
-        Of :data:`VOLUMES` and :data:`TFS`.
-    lighting : {"none", "direct", "soft"}
-    view : View
-    light : LightDirection or None
-    crop : CropBox or None
-    step : float
-        Sample distance, in voxels.
-    width, height : int
-        Size in pixels.
-    """
+    """One of the volumes under one of the TFs, as one picture shows it; steps are in voxels."""
 
     volume: str
     tf: str = "veils"
@@ -151,7 +131,7 @@ class PictureScene:
     height: int = 96
 
     @property
-    def inputs(self) -> SceneInputs:
+    def inputs(self):
         """View, TFs, light and crop box, as a renderer gets them."""
         lo, hi = scalar_range = volume_of(self.volume).scalar_range
         stops = tuple((lo + at * (hi - lo), *color) for at, *color in STOPS)
@@ -159,14 +139,14 @@ class PictureScene:
         return SceneInputs(self.view, TFS[self.tf](scalar_range), colors, self.light, self.crop)
 
     @property
-    def raster(self) -> Raster:
+    def raster(self):
         return Raster(self.width, self.height)
 
 
 CORNER = CropBox((0.0, 0.0, 0.25), (0.62, 1.0, 1.0))
 BEHIND = LightDirection(150.0, 20.0)
 
-SCENES: dict[str, PictureScene] = {
+SCENES = {
     "bytes": PictureScene("bytes"),
     "bytes-direct": PictureScene("bytes", lighting="direct"),
     "bytes-soft": PictureScene("bytes", lighting="soft"),

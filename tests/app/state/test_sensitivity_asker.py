@@ -91,10 +91,7 @@ class Asking:
     def drag(self, seconds, picture):
         """Turn the view, and return the answers' share and the greatest age of one that is shown.
 
-        Parameters
-        ----------
-        picture : float
-            Time of a picture by the same engine, which comes before the questions.
+        Before the questions the same engine draws a picture, for so many seconds.
         """
         began, spent, ages = self.now, 0.0, [0.0]
         while self.now < began + seconds:
