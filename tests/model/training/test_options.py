@@ -1,4 +1,3 @@
-import json
 from dataclasses import replace
 
 import numpy as np
@@ -11,11 +10,6 @@ from model.training import plan as precision
 from model.training.options import Budget, TrainingOptions, halvings_of_epochs, samples_of_epochs
 from model.training.plan import choose_precision
 from model.training.stage import cosine_decay, halving_decay
-
-
-def test_options_survive_json():
-    options = TrainingOptions(opacity_time_share=0.25, seed=9)
-    assert TrainingOptions.from_json(json.loads(json.dumps(options.to_json()))) == options
 
 
 def test_a_budget_is_spent_in_its_own_unit():

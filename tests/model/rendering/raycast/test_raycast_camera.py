@@ -1,10 +1,10 @@
 from itertools import pairwise
 
-import numba
 import numpy as np
 import pytest
 from drawing import MODES, RAINBOW
 
+from model.compilation import compiled
 from model.rendering.raycast.rays import camera_array, make_ray
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.scene.inputs import SceneInputs
@@ -12,7 +12,7 @@ from model.scene.view import View
 from model.scene.volume import Volume
 
 
-@numba.njit
+@compiled
 def ray_of(camera, step, column, row, size):
     return make_ray(camera, step, column, row, size)
 
