@@ -28,6 +28,7 @@ class SlicesColumn(QWidget):
     def __init__(self, viewer: ViewerState, resized: Callable[[], object]) -> None:
         super().__init__()
         self.state, self._viewer, self._resized = SliceState(self), viewer, resized
+        self._under: Triple | None = None
         state, crop = self.state, viewer.crop_input
         self.views = [SliceView(state, number, crop, self._enlarge) for number in range(3)]
         self.button = CaptionButton()
@@ -68,7 +69,7 @@ class SlicesColumn(QWidget):
             view.refresh()
         self.choices[self.state.colors].setChecked(True)
         self.button.set_title(COLORS[self.state.colors][0])
-        self._say(None)
+        self._say(self._under)
 
     def _fit(self) -> None:
         for view in self.views:
@@ -83,7 +84,7 @@ class SlicesColumn(QWidget):
         volume = self.state.volume
         if volume is None:
             return
-        place = place or self.state.place
+        self._under, place = place, place or self.state.place
         value = stored_at(volume, place)
         said = "nothing measured" if value is None else f"{value:.9g} {volume.units}".rstrip()
         name = "" if value is None else self._viewer.label_name(value)

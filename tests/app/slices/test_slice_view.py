@@ -215,6 +215,7 @@ def test_a_resting_mouse_marks_the_value_and_shows_where_it_is_visible(qtbot, wi
     assert mark.value() == pytest.approx(window.editor.area.axis.place(value))
     qtbot.waitUntil(lambda: asked.band is not None and asked.band.low == pytest.approx(value))
     assert not asked.band.effect
+    assert f"voxel 1, 3, {z}" in window.slices.column.readout
     QTest.mouseMove(view.viewport(), at(window, view, 2, 1, z))
     assert asked.band is None
     qtbot.waitUntil(lambda: asked.band is not None)
