@@ -36,7 +36,6 @@ class SlicesColumn(QWidget):
         self.choices = add_choices(menu, COLORS, lambda colors: state.show(colors=colors))
         menu.addSeparator()
         add_action(menu, "Gray of &all values", self._reset_gray)
-        add_action(menu, "&Show all of the slices", self._fit)
         self.value, self.where = ElidedLabel(), ElidedLabel()
         self.where.setProperty("role", "dim")
         foot = fill(QHBoxLayout(), self.button, margins=(4, 2, 6, 2), spacing=6)
@@ -53,11 +52,6 @@ class SlicesColumn(QWidget):
         """Whether one slice is shown alone."""
         return any(view.isHidden() for view in self.views)
 
-    @property
-    def readout(self) -> str:
-        """What is under the mouse, or at the cross-hair."""
-        return f"{self.value.full_text}\n{self.where.full_text}"
-
     def _enlarge(self, view: SliceView) -> None:
         was_large = self.is_large
         for each in self.views:
@@ -70,10 +64,6 @@ class SlicesColumn(QWidget):
         self.choices[self.state.colors].setChecked(True)
         self.button.set_title(COLORS[self.state.colors][0])
         self._say(self._under)
-
-    def _fit(self) -> None:
-        for view in self.views:
-            view.fit()
 
     def _reset_gray(self) -> None:
         if self.state.volume is not None:

@@ -63,9 +63,7 @@ class Slices(QObject):
 
     def toggle(self) -> None:
         """Show the slices, or hide them."""
-        if self._opened is None:
-            self._context.status.say("There is nothing to cut yet. Open a volume first.")
-        else:
+        if self._opened is not None:
             self._context.preferences.set(slices=not self.is_shown)
             self._set_shown(not self.is_shown)
 

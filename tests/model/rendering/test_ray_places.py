@@ -1,7 +1,5 @@
 """Places under a pixel, against the ray caster's depth and its opacity."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from drawing import RAINBOW
@@ -11,7 +9,7 @@ from model.rendering.raycast.renderer import RaycastRenderer
 from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs
 from model.scene.mask import Mask
-from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF
+from model.scene.transfer_function import GaussianMode, OpacityTF
 from model.scene.view import Projection, View
 from model.scene.volume import Volume
 from tests.reference_raycaster import interpolated
@@ -73,86 +71,23 @@ def test_values_between_voxels_and_where_none_is():
     assert np.isin(values_at(volume, points[~nearest], is_nearest=True), scalars).all()
 
 
-UNIT = (0.0, 1.0)
-ASIDE = View(35.0, 25.0, 7.0, 0.9, 0.1, -0.05)
-
-
-def distances(shape=(61, 41, 51), spacing=(1.0, 1.3, 0.8)):
-    """A volume of each voxel's distance from the middle, by the volume's smallest half side."""
-    z, y, x = (np.arange(n) - (n - 1) / 2 for n in shape)
-    offsets = np.meshgrid(z * spacing[2], y * spacing[1], x * spacing[0], indexing="ij")
-    away = np.sqrt(sum(each**2 for each in offsets))
-    half = min((n - 1) / 2 * step for n, step in zip(shape, spacing[::-1], strict=True))
-    return Volume(np.clip(away / half, 0, 1).astype(np.float32), spacing), half
-
-
-def inputs_of(*shells, opacity=1.0, **others):
-    """Spherical shells that are visible, from an inner to an outer radius."""
-    points = [(0.0, 0.0)]
-    for inner, outer in sorted(shells):
-        points += [(inner - 1e-3, 0.0), (inner, opacity), (outer, opacity), (outer + 1e-3, 0.0)]
-    tf = OpacityTF(UNIT, points=tuple(points))
-    return SceneInputs(ASIDE, tf, ColorTF(UNIT, ((0.0, 1.0, 1.0, 1.0),)), **others)
-
-
-def met(volume, half, radius, place):
-    """Where a ray meets a sphere, in the volume's units from the middle, from the eye on."""
-    projection, lengths = Projection(ASIDE, volume.proportions), np.array(volume.extent)
-    eye = (projection.eye - 0.5) * lengths
-    right, up, back = ASIDE.basis()
-    x, y = place[0] - ASIDE.pan_x, place[1] - ASIDE.pan_y
-    ray = ASIDE.tangent * (x * right + y * up) - back
-    ray /= np.linalg.norm(ray)
-    along = -(eye @ ray)
-    chord = np.sqrt((radius * half) ** 2 - (eye @ eye - along**2))
-    return [eye + (along + sign * chord) * ray for sign in (-1, 1)]
-
-
-def offset(volume, found):
-    return (np.array(found) - 0.5) * volume.extent
-
-
-@pytest.mark.parametrize("place", [(0.1, -0.05), (0.3, 0.1), (-0.1, 0.2)])
-def test_the_first_place_is_on_an_opaque_surface(place):
-    volume, half = distances()
-    ((found, share),) = ray_places(volume, inputs_of((0.5, 0.8)), place)
-    near, _ = met(volume, half, 0.8, place)
-    assert np.linalg.norm(offset(volume, found) - near) < volume.voxel_size
-    assert share == pytest.approx(1, abs=1e-6)
-
-
-def test_places_follow_one_another_from_the_eye_on_with_the_shares_that_remain():
-    volume, half = distances()
-    place = 0.1, -0.05
-    found = ray_places(volume, inputs_of((0.35, 0.45), (0.8, 0.9), opacity=0.1), place)
-    wanted = [
-        met(volume, half, r, place)[side] for r, side in ((0.9, 0), (0.45, 0), (0.35, 1), (0.8, 1))
-    ]
-    assert len(found) == 4
-    for (one, _), at in zip(found, wanted, strict=True):
-        assert np.linalg.norm(offset(volume, one) - at) < 1.5 * volume.voxel_size
-    # A shell is a tenth of the half side thick; what is behind gets what is left.
-    thick = 0.1 * half / volume.voxel_size
-    seen = 1 - 0.9**thick
-    shares = [seen * (1 - seen) ** number for number in range(4)]
-    assert [share for _, share in found] == pytest.approx(shares, rel=0.25)
-
-
-def test_what_is_cropped_or_hidden_does_not_show():
-    volume, half = distances()
-    place = 0.1, -0.05
-    inputs = inputs_of((0.5, 0.8))
-    _, far = met(volume, half, 0.5, place)
-    cropped = replace(inputs, crop=CropBox((0.0, 0.5, 0.0), (1.0, 1.0, 1.0)))
-    ((found, _),) = ray_places(volume, cropped, place)
-    assert found[1] >= 0.5
-    assert np.linalg.norm(offset(volume, found) - far) < 1.5 * volume.voxel_size
-    front = np.zeros(volume.voxels.shape, bool)
-    front[:, : volume.voxels.shape[1] // 2] = True
-    ((hidden, _),) = ray_places(replace(volume, missing=front), inputs, place)
-    assert np.linalg.norm(offset(volume, hidden) - far) < 1.5 * volume.voxel_size
-
-
-@pytest.mark.parametrize("place", [(3.0, 0.0), (0.9, 0.9)])
-def test_next_to_what_shows_there_is_no_place(place):
-    assert ray_places(distances()[0], inputs_of((0.1, 0.3)), place) == []
+def test_shells_show_from_the_eye_on_with_what_those_in_front_leave():
+    # Around the middle, at which the ray aims; values are distances from it.
+    offsets = np.meshgrid(*(np.linspace(-1, 1, n) for n in (61, 41, 51)), indexing="ij")
+    away = np.sqrt(sum(each**2 for each in offsets)).clip(0, 1).astype(np.float32)
+    volume, view, seen = Volume(away, (0.02, 0.025, 1 / 60)), View(35.0, 25.0, 7.0, 0.9), 0.2
+    points = [(0.0, 0.0), (0.34, 0.0), (0.35, seen), (0.45, seen), (0.46, 0.0)]
+    points += [(0.79, 0.0), (0.8, seen), (0.9, seen), (0.91, 0.0)]
+    inputs = SceneInputs(view, OpacityTF((0.0, 1.0), points=tuple(points)), RAINBOW)
+    found = ray_places(volume, inputs, (0.0, 0.0))
+    back = view.basis()[2] / np.linalg.norm(view.basis()[2])
+    shares = []
+    for (place, share), radius in zip(found, (0.9, 0.45, -0.35, -0.8), strict=True):
+        at = (np.array(place) - 0.5) * 2
+        assert at @ back == pytest.approx(radius, abs=0.05)
+        np.testing.assert_allclose(at, (at @ back) * back, atol=0.05)
+        shares.append(share)
+    through = 1 - shares[0]
+    wanted = shares[0] * through ** np.arange(4)
+    assert shares == pytest.approx(wanted, abs=0.05)
+    assert ray_places(volume, inputs, (0.95, 0.95)) == []
