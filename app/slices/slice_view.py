@@ -372,6 +372,9 @@ class SliceView(pg.GraphicsView):  # type: ignore[misc]
             # Else the cross-hair would cross out the letters in the middle.
             painter.fillRect(painter.boundingRect(inside, place, text), plate)
             painter.drawText(inside, place, text)
+        if self.hasFocus():
+            painter.setPen(QPen(QColor(theme.ON_IMAGE.change), 1))
+            painter.drawRect(self.rect().adjusted(0, 0, -1, -1))
 
 
 def _crop_rectangle() -> Any:
