@@ -53,7 +53,8 @@ class Latent:
     )
     source: VolumeSource = options.volume()
     model: Path | None = options.model(
-        default=None, help="Take this model's codec and pictures, not tfscope's and exact ones."
+        default=None,
+        help="Use this model's codec and images, not tfscope's codec and exact images.",
     )
     grid: tuple[float, float, float, float] | None = option(
         None,
@@ -255,7 +256,7 @@ def _explanation(asked: Latent, volume: Volume) -> str:
     if asked.grid is not None:
         facts.append("orange: a rectangle, whose cells' pictures are on the left")
     if asked.at is not None:
-        facts.append("blue: the weights of the codes that the picture on the right is of")
+        facts.append("blue: weights of the codes behind the picture on the right")
     elif asked.near is not None:
         facts.append("blue cross: the approximate place of the TF")
     if asked.grid is not None or asked.at is not None or asked.near is not None:

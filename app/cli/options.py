@@ -54,8 +54,7 @@ interpolate = partial(
     option,
     default=None,
     flag="--interpolate/--no-interpolate",
-    help="Whether there are values between voxels. (default: unless the file says that they are "
-    "labels, or as in the session)",
+    help="Interpolate between voxels. (default: yes, but not for labels; or as in the session)",
 )
 lighting = partial(
     option,
@@ -182,8 +181,8 @@ _VOLUME: dict[str, Field[Any]] = {
     ),
     "stretch": option(
         None,
-        "How many times as long as its spacing says z is drawn. (default: 1, or what shows "
-        "something where z has another unit than x and y)",
+        "Stretch of z: 2 draws it twice as long as its spacing says. (default: 1, or more where "
+        "z has another unit than x and y)",
         metavar="FACTOR",
     ),
     "scalar_range": option(

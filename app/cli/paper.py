@@ -56,12 +56,11 @@ class Paper:
     )
     store: Path | None = options.store(
         default=None,
-        help="Samples of the model's volume, made with 'dataset': table1 measures models on them, "
-        "with the nearest training image, and has their time. (default: each model's own are "
-        "rendered)",
+        help="Samples of the model's volume, made with 'dataset', for the errors and times of "
+        "table1. (default: each model's own are rendered)",
     )
     minutes: float = option(20.0, "Training of each model of a study.", min=0.01)
-    quick: bool = option(False, "Few samples and steps: shows that all works, in minutes.")
+    quick: bool = option(False, "Few samples and steps, to check in minutes that all works.")
     workers: int | None = options.workers()
     device: DeviceChoice = options.device()
 

@@ -25,7 +25,7 @@ commands = typer.Typer(
 class DrawPairs:
     """Draw pictures of few samples, and of many, for random views, TFs and lights."""
 
-    out: Path = option(options.REQUIRED, "What is there already stays.", metavar="FOLDER")
+    out: Path = option(options.REQUIRED, "Files that exist are kept.", metavar="FOLDER")
     volume: list[Path] | None = option(
         None,
         "Volume file; may be repeated. (default: the shipped ones)",

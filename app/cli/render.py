@@ -72,15 +72,14 @@ class Render:
     )
     error: float | None = option(
         None,
-        "Estimated error (RMSE) of path-traced light that is good enough: as many samples as it "
-        "takes, at most --samples.",
+        "Stop path tracing at this estimated error (RMSE), or else at --samples.",
         min=1e-4,
         max=1.0,
     )
     denoise: bool | None = option(
         None,
-        "Whether Intel's Open Image Denoise cleans path-traced pictures as long as that brings "
-        "them nearer to the truth. (default: where it is installed)",
+        "Clean path-traced pictures by Intel's Open Image Denoise while that lowers their error. "
+        "(default: where it is installed)",
         flag="--denoise/--no-denoise",
     )
     size: Raster | None = option(

@@ -23,7 +23,7 @@ from model.rendering.path_tracing import denoising
 from model.scene.scene import RENDERER_NAMES, LightDirection, LightRange
 
 LIGHTINGS = {
-    "auto": "Automatic: the model's light, else soft where that is fast",
+    "auto": "Automatic: the model's light, or soft unless it is slow",
     "none": "None",
     "direct": "Direct: shaded surfaces",
     "soft": "Soft: shadows and ambient light",

@@ -144,7 +144,7 @@ def findings_of(
     edits = [_edit(asker, number, interval) for number, interval in enumerate(peaks.intervals, 1)]
     if peaks.intervals:
         out = peaks.left_out
-        note = "" if out is None else f"peak at {asker.state.value_text(out)} left out: background"
+        note = "" if out is None else f"not listed: background at {asker.state.value_text(out)}"
     elif fresh:
         # Or it only rises towards values that hardly any voxel has.
         flat = peaks.strongest is None

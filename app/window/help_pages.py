@@ -119,7 +119,7 @@ def help_text(wanted: str = "") -> str:
         ]
         if rows:
             parts.append(f"<h3>{area}</h3><table cellspacing='6'>{''.join(rows)}</table>")
-    return "".join(parts) or "<p>There is none with these words.</p>"
+    return "".join(parts) or "<p>No entry has these words.</p>"
 
 
 ABOUT = """<h3>tfscope</h3>

@@ -198,7 +198,7 @@ class PropertiesDialog(QDialog):
         self.spacing = QLineEdit(dict(self.rows)["spacing"].replace(" x ", ", "))
         self.spacing.setAccessibleName("Spacing along x, y and z, and its unit")
         self.stretch = QLineEdit(f"{volume.file.stretch:.6g}")
-        self.stretch.setAccessibleName("How many times as long as its spacing says z is drawn")
+        self.stretch.setAccessibleName("Stretch of z: 1 is as long as its spacing says")
         self.apply = clicked(QPushButton("Read again"), self._apply)
         self.apply.setEnabled(False)
         self.problem = label("", "dim")
