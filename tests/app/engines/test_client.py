@@ -3,7 +3,7 @@ import threading
 import numpy as np
 import pytest
 from rested_window import act_until
-from window_fakes import PATIENCE_S, FakeEngine, make_request
+from window_fakes import PATIENCE_S, FakeEngine, RefiningEngine, make_request
 
 from app.engines import worker
 from app.engines.client import Channel, EngineClient, EngineState
@@ -50,6 +50,15 @@ def test_an_engine_draws_before_it_answers(qtbot, told):
     with qtbot.waitSignals([told.client.images.answered, told.seen.answered]):
         may_load.set()
     assert [result.request.channel for result in told.results] == [IMAGES, "visibility"]
+
+
+def test_ever_better_images_are_awaited_until_the_last(qtbot, told):
+    told.client.start(lambda: RefiningEngine([3, 6, 9]), "Loading …")
+    pending = []
+    told.client.images.answered.connect(lambda _: pending.append(told.client.images.is_pending))
+    act_until(qtbot, told.client.settled, told.client.images.ask, make_request(1))
+    assert pending == [True, True, False]
+    assert told.states == [EngineState.LOADING, EngineState.WORKING, EngineState.SETTLED]
 
 
 def test_errors_are_a_state_with_its_sentence_until_the_next_image(qtbot, told):

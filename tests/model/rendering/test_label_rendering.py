@@ -110,9 +110,9 @@ def test_images_are_those_of_vtk(lighting, tf):
 def test_images_are_those_of_the_reference_in_64_bits(lighting):
     volume, inputs = labels(), SceneInputs.of(VIEW, CLEAR, light=LightDirection(-30.0, 40.0))
     renderer = RaycastRenderer(volume, lighting)
-    found = renderer.render(inputs, 48)
+    found = renderer.render(inputs, 32)
     renderer.close()
-    expected = reference_light.picture(volume, inputs, 48, 0.5, lighting)
+    expected = reference_light.picture(volume, inputs, 32, 0.5, lighting)
     assert math.sqrt(np.mean((found - expected) ** 2)) < 0.001
 
 
