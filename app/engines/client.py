@@ -74,8 +74,9 @@ class Channel(QObject):
     def cancel(self) -> None:
         """Call off what was asked: no answer to it is wanted."""
         self._cancelled = next(_numbers)
-        self.client.abandon(self.name)
-        self.drop()
+        if self.newest is not None:
+            self.client.abandon(self.name)
+            self.drop()
 
     def accept(self, request: Request) -> None:
         """Note that the engine will answer a request."""

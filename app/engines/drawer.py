@@ -76,9 +76,9 @@ class Drawer:
         """Return the pixels that there is time for while something moves."""
         return self.sizes.within(self._moving_distance, whole, seconds)
 
-    def moving(self, inputs: SceneInputs, raster: Raster) -> Image:
+    def moving(self, inputs: SceneInputs, raster: Raster, watch: Watch = UNWATCHED) -> Image:
         """Draw an image while something moves."""
-        image = self._drawn(inputs, raster, self._moving_distance)
+        image = self._drawn(inputs, raster, self._moving_distance, watch)
         return replace(image, is_preview=self._moving_distance != self.distance)
 
     def resting(
@@ -100,7 +100,7 @@ class Drawer:
                 yield replace(image, is_last=is_last)
                 return
             before = raster
-            image = self._drawn(request.inputs, raster, self.distance, watch)
+            image = self._drawn(request.inputs, raster, self.distance, watch, in_bands=True)
             yield replace(image, is_last=is_last)
 
     def render(
@@ -110,13 +110,16 @@ class Drawer:
         return self.renderer.render(inputs, raster, distance, go_on=watch.go_on)
 
     def _drawn(
-        self, inputs: SceneInputs, raster: Raster, distance: float, watch: Watch | None = None
+        self,
+        inputs: SceneInputs,
+        raster: Raster,
+        distance: float,
+        watch: Watch,
+        in_bands: bool = False,
     ) -> Image:
         begun, worked = time.perf_counter(), time.process_time()
-        if watch is None or self.by_raycast:
-            rgba = self.render(inputs, raster, distance, watch or UNWATCHED)
-        else:
-            rgba = self._in_bands(inputs, raster, distance, watch)
+        draw = self._in_bands if in_bands and not self.by_raycast else self.render
+        rgba = draw(inputs, raster, distance, watch)
         seconds = time.perf_counter() - begun
         self.sizes.note(distance, raster.side, seconds)
         quiet = min((time.process_time() - worked) / (os.cpu_count() or 1), seconds)

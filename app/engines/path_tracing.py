@@ -92,7 +92,7 @@ class PathTracingEngine(RendererEngine):
 
     def _moving(self, request: Request, raster: Raster, watch: Watch = UNWATCHED) -> Image:
         if self._preview is not None:
-            return replace(self._preview.moving(request.inputs, raster), is_preview=True)
+            return replace(self._preview.moving(request.inputs, raster, watch), is_preview=True)
         begun = time.perf_counter()
         found = self._refining.moving(request.inputs, raster, watch.is_wanted, self._distance)
         if found is None:

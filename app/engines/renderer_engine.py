@@ -166,7 +166,7 @@ class RendererEngine(Engine):
 
     def _moving(self, request: Request, raster: Raster, watch: Watch = UNWATCHED) -> Image:
         """Draw an image while something moves."""
-        return self._drawer.moving(request.inputs, raster)
+        return self._drawer.moving(request.inputs, raster, watch)
 
     def _resting(self, request: ImageRequest, watch: Watch, width: int) -> Iterator[Image]:
         """Draw ever finer images, where one of a width is shown."""

@@ -60,12 +60,14 @@ class Mailbox:
     def wants(self, request: Request) -> bool:
         """Return False if a request that was taken is called off, or overtaken by a newer one.
 
-        Live ones are wanted to the end: otherwise a drag would show nothing until it rests.
+        Live ones are not by others: otherwise a drag would show nothing until it rests.
         """
-        channel = request.channel
         if self._closed:
             return False
-        return request.quality.live or not (channel in self._abandoned or channel in self._slots)
+        newer = self._slots.get(request.channel)
+        if request.quality.live:
+            return newer is None or newer.quality.live
+        return newer is None and request.channel not in self._abandoned
 
     def close(self) -> None:
         """Close the mailbox and wake waiting threads; no request can be taken any more."""

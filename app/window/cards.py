@@ -33,7 +33,7 @@ from app.window.files import Files
 from app.window.small_pictures import SmallPictures
 from model.scene.crop import WITHOUT_VOLUME, CropBox, axis_name, least_length, place_of, voxel_at
 from model.scene.orientation import home_view
-from model.scene.view import AXES, DEFAULT_UP
+from model.scene.view import AXES, DEFAULT_UP, View
 from model.volume_files.shipped import picture_of, shipped_volumes, title_of
 
 SAMPLE_PICTURE = 72  # side of a sample's picture, in pixels
@@ -103,6 +103,7 @@ class UpAxisCard(Card):
         self._context, self._state, self._workspace = context, context.state, context.workspace
         self._pictures = SmallPictures("up axis", PICTURE, context, self._show_pictures)
         self._buttons: dict[str, QToolButton] = {}
+        self._views: list[View] = []  # which of the volume are small pictures; slow to find
         self._lay_out()
         self._rest = Pause(self, TF_REST_MS, self._ask_for_pictures)
         self._unused = Pause(self, UNUSED_MS, self._go)
@@ -182,6 +183,7 @@ class UpAxisCard(Card):
     def start_volume(self) -> None:
         """Ask about another volume, unless its file or the user has said which way is up."""
         opened = self._workspace.opened
+        self._views = []
         if opened is None:
             return
         known = opened.volume.up or self._remembered(opened.fingerprint)
@@ -199,10 +201,11 @@ class UpAxisCard(Card):
         opened = self._workspace.opened
         if opened is None or self.isHidden():
             return
-        proportions, points = opened.volume.proportions, opened.shown
-        homes = [home_view(proportions, axis, points=points) for axis in AXES]
-        views = [self._state.for_picture(home) for home in homes]
-        self._pictures.ask([replace(self._state.inputs, view=view) for view in views])
+        if not self._views:
+            place = opened.volume.proportions
+            homes = [home_view(place, axis, points=opened.shown) for axis in AXES]
+            self._views = [self._state.for_picture(home) for home in homes]
+        self._pictures.ask([replace(self._state.inputs, view=view) for view in self._views])
 
     def _show_pictures(self, images: list[QImage]) -> None:
         if not self.isHidden():

@@ -31,9 +31,9 @@ class Harness:
     def wait_started(self):
         assert self.engine.started.acquire(timeout=PATIENCE_S)
 
-    def begin(self):
+    def begin(self, live=False):
         """Have the first image drawn."""
-        self.worker.submit(make_request(1))
+        self.worker.submit(make_request(1, live))
         self.wait_started()
 
     def end(self, qtbot):
@@ -184,10 +184,10 @@ class Endless(FakeEngine):
         return np.zeros((8, 8, 4), np.float32)
 
 
-@pytest.mark.parametrize("end", ["newer", "called off", "closed"])
+@pytest.mark.parametrize("end", ["newer", "newer than a live one", "called off", "closed"])
 def test_what_is_replaced_or_called_off_or_of_a_closed_window_is_given_up(qtbot, end):
     harness = Harness(qtbot, Endless())
-    harness.begin()
+    harness.begin(live=end == "newer than a live one")
     if end == "called off":
         harness.worker.abandon("images")
     if end != "closed":
