@@ -63,6 +63,7 @@ def run_window(
         lambda _scheme: apply_theme(application, preferences.settings.theme)
     )
     window = MainWindow(builders, device, preferences)
+    window.workspace.reference.is_patient = screenshot is not None
     if start.size is not None:
         window.resize(*start.size)
     _open(window, start)

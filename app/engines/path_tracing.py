@@ -27,6 +27,7 @@ from model.rendering.path_tracing.refinement import MOST_SAMPLES, Refined, Refin
 from model.rendering.path_tracing.renderer import questions
 from model.rendering.raster import Raster
 from model.rendering.raycast.renderer import RaycastRenderer
+from model.rendering.renderer import smooth_distance
 from model.scene.inputs import SceneInputs
 from model.scene.scene import PATH_CURVES, PATH_FIELDS, LightDirection
 from model.scene.volume import Volume
@@ -180,9 +181,8 @@ class PathTracingEngine(RendererEngine):
 
     def _small(self, request: BatchRequest, inputs: SceneInputs, watch: Watch) -> Array:
         """Trace a small image of few samples."""
-        renderer, quality = self._refining, request.quality
-        samples, apart = FEW_CLEAN if renderer.cleans else FEW, quality.coarseness * self._distance
-        return self._whole(inputs, quality.pixels, samples, watch.is_wanted, apart).rgba
+        samples, pixels = FEW_CLEAN if self._refining.cleans else FEW, request.quality.pixels
+        return self._whole(inputs, pixels, samples, watch.is_wanted, self._distance).rgba
 
     def _tile(
         self, request: PictureRequest, tile: Raster, watch: Watch
@@ -236,7 +236,11 @@ class PathAnalyst(RendererEngine):
         tracing: Callable[[], Engine] | None = None,
     ) -> None:
         place = light, sample_distance
-        super().__init__(Drawer(RaycastRenderer(volume, PATH_FIELDS, *place), sample_distance))
+        soft, smooth = (
+            RaycastRenderer(volume, PATH_FIELDS, *place),
+            smooth_distance(sample_distance, PATH_FIELDS),
+        )
+        super().__init__(Drawer(soft, sample_distance, smooth_distance=smooth))
         self._curves, self._tracing = RaycastRenderer(volume, PATH_CURVES, *place), tracing
         self._tracer: Engine | None = None
         self._traced_seconds = FIRST_GUESS_S

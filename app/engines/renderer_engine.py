@@ -180,9 +180,9 @@ class RendererEngine(Engine):
         return drawer.render(request.inputs, tile, drawer.distance, watch), None
 
     def _small(self, request: BatchRequest, inputs: SceneInputs, watch: Watch) -> Array:
-        """Draw one of several small images, in which rings are not what one sees."""
+        """Draw one of several small images; thin layers have speckles while something moves."""
         drawer, quality = self._own(watch), request.quality
-        apart = drawer.sample_distance * quality.coarseness
+        apart = drawer.sample_distance if quality.live else drawer.distance
         with self._ray_caster().asking(is_coarsely_lit=True) if quality.live else nullcontext():
             return drawer.render(inputs, quality.pixels, apart, watch)
 

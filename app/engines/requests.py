@@ -53,7 +53,6 @@ class Quality:
     """Size and quality of a requested image; a generator's images have one size."""
 
     size: int  # width and height in pixels; the shorter of the two where it is not square
-    coarseness: float = 1.0  # factor of a renderer's sample distance in small pictures
     live: bool = False  # while the user is dragging and speed matters more than quality
     raster: Raster | None = None  # pixels of an image that is not square
     samples: int = 1  # of each pixel of a path-traced picture to save

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -21,7 +22,8 @@ LONGEST_S = 300  # of a group, after which its process hangs; three times the sl
 PATIENCE_MS = 5000  # time that the first picture is given before anything is compiled
 
 USUAL_S, TICK_MS = 18, 1000
-"""Time of a group on a usual computer, two at a time, and between two reports of what is left."""
+"""Time of a group on a usual computer with two processors and nothing else to do, and between two
+reports of what is left."""
 
 
 class Preparation(QObject):
@@ -53,7 +55,7 @@ class Preparation(QObject):
         self._workers: list[_Worker] = []
         self._has_begun = False
         # When the present groups were wanted, and how many of them were prepared by then.
-        self._since, self._before = 0.0, 0
+        self._since, self._before, self._crowd = 0.0, 0, 1.0
         self._tick = QTimer(self, interval=TICK_MS)
         self._tick.timeout.connect(self._say_progress)
         self._patience = Pause(self, PATIENCE_MS, self.begin)
@@ -70,6 +72,7 @@ class Preparation(QObject):
         if tuple(groups) != self._wanted:
             self._wanted = tuple(groups)
             self._since, self._before = monotonic(), sum(map(self.is_prepared, groups))
+            self._crowd = _crowd()
             self._tick.start()
             if not self._has_begun:
                 self._patience.start()
@@ -136,7 +139,7 @@ class Preparation(QObject):
         count, spent = len(self._wanted) - self._before, monotonic() - self._since
         if done == count:
             return ""
-        whole = max(count * USUAL_S / PROCESSES, 1.5 * spent)
+        whole = max(count * USUAL_S / PROCESSES * self._crowd, 1.5 * spent)
         if done > 0:
             # Those under way are half done.
             whole = spent * count / min(done + len(self._workers) / 2, count)
@@ -148,6 +151,12 @@ class Preparation(QObject):
         if done == len(self._wanted):
             self._tick.stop()
         self.progressed.emit(done, len(self._wanted))
+
+
+def _crowd() -> float:
+    """Factor by which other programs hold up two processes, by how many ran in the last minute."""
+    others = os.getloadavg()[0] if hasattr(os, "getloadavg") else 0.0
+    return max((others + PROCESSES) / (os.cpu_count() or PROCESSES), 1.0)
 
 
 class _Worker(QProcess):

@@ -69,6 +69,8 @@ class ReferenceWork(QObject):
         # Seconds of an image in each light, and lights of which the first image is there.
         self._light_seconds: dict[Lighting, float] = {}
         self._loaded: set[Lighting] = set()
+        # Whether all pixels are drawn, however long that takes.
+        self.is_patient = False
         # Whether the home view is still fitted to the pane while it is looked from.
         self.fits_view = True
         self._pane_pixels = NO_MODEL_SIZE, NO_MODEL_SIZE
@@ -249,7 +251,7 @@ class ReferenceWork(QObject):
         size, scheduler = self.choices.size, self._scheduler
         if size == "generator" and self._scene is not None:
             size = self._scene.image_size
-        scheduler.is_fixed = isinstance(size, int)
+        scheduler.is_fixed = self.is_patient or isinstance(size, int)
         scheduler.raster = Raster(*((size, size) if isinstance(size, int) else self._pane_pixels))
         scheduler.stop = STOPS[self.choices.stop]
         self.resized.emit(scheduler.raster)

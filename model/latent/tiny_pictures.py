@@ -284,13 +284,13 @@ def _make_rays(camera: Any, step: float, size: int, rays: Any) -> None:
 
 def _principal_components(pictures: NDArray[np.uint8]) -> NDArray[np.float32]:
     """Places (n, 20) of pictures (n, numbers) along the axes on which they differ most."""
-    from scipy.linalg import eigh
+    from scipy.sparse.linalg import eigsh
 
     known = pictures[:: max(len(pictures) // _SAMPLED, 1)].astype(np.float32)
     known -= known.mean(axis=0)
     # By their products, of which there are fewer than of all pixels.
-    main = [max(len(known) - COMPONENTS, 0), len(known) - 1]
-    lengths, turns = eigh(known @ known.T, subset_by_index=main)
+    count, begin = min(COMPONENTS, len(known) - 1), np.random.default_rng(0).random(len(known))
+    lengths, turns = eigsh(known @ known.T, count, v0=begin.astype(np.float32))
     axes = (known.T @ (turns / np.sqrt(np.maximum(lengths, 1e-3))))[:, ::-1]
     parts = np.array_split(pictures, len(pictures) // _PART + 1)
     return np.concatenate([part.astype(np.float32) @ axes for part in parts])

@@ -37,6 +37,7 @@ def test_a_screenshot_shows_both_images(builders, tmp_path):
     assert last[0].inputs == last[1].inputs
     for x, request in zip((320, 960), last, strict=True):
         assert not request.quality.live
+        assert request.is_fixed  # all pixels, however busy the computer is
         assert image.pixelColor(x, 300).getRgb() == (red_of(request), 0, 0, 255)
 
 

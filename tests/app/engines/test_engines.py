@@ -327,6 +327,16 @@ def test_where_nothing_cleans_soft_light_is_seen_while_something_moves():
     engine.close()
 
 
+@pytest.mark.parametrize(("live", "distance"), [(False, 0.1), (True, 0.5)])
+def test_small_pictures_at_rest_have_the_samples_of_large_ones(live, distance):
+    renderer = RaycastRenderer(make_volume(), threads=1)
+    engine = RendererEngine(Drawer(renderer, 0.5, "raycast", 0.1))
+    inputs = make_request(1).inputs
+    (image,) = engine.images(BatchRequest(inputs, Quality(24, live=live)))
+    np.testing.assert_array_equal(image, renderer.render(inputs, 24, distance))
+    engine.close()
+
+
 def test_small_path_traced_pictures_have_few_samples():
     """Six of 200 x 200 pixels with 64 samples of each held the image up for half a minute."""
     renderer = RefiningRenderer(PathTracer(make_volume(), threads=1), None)
@@ -393,7 +403,7 @@ def test_small_pictures_are_traced_where_that_is_wanted_and_there_is_time(monkey
     inputs = replace(make_request(1).inputs, light=light)
     soft = RaycastRenderer(volume, "soft", light)
     request = BatchRequest(inputs, Quality(24), (inputs,))
-    np.testing.assert_array_equal(engine.images(request)[1], soft.render(inputs, 24))
+    np.testing.assert_array_equal(engine.images(request)[1], soft.render(inputs, 24, 0.1))
     assert not built
     # The fake's second image is grey.
     wanted = replace(request, traced=True)
@@ -401,7 +411,7 @@ def test_small_pictures_are_traced_where_that_is_wanted_and_there_is_time(monkey
     assert len(built) == 1 and engine.images(wanted).shape == (2, 24, 24, 4)
     # As many pixels as would take too long are drawn in soft light again.
     monkeypatch.setattr(path_tracing, "TRACED_SECONDS", 0.0)
-    np.testing.assert_array_equal(engine.images(wanted)[1], soft.render(inputs, 24))
+    np.testing.assert_array_equal(engine.images(wanted)[1], soft.render(inputs, 24, 0.1))
     engine.close()
     soft.close()
     assert built[0].closed

@@ -64,6 +64,16 @@ def test_what_is_wanted_is_compiled_once(qtbot, folder):
     assert not processes_of(again)
 
 
+@pytest.mark.parametrize(("load", "text"), [(0, "20 s"), (6, "75 s")])
+def test_the_first_estimate_is_of_how_busy_the_computer_is(qtbot, folder, monkeypatch, load, text):
+    monkeypatch.setattr(preparation.os, "getloadavg", lambda: (load, 0.0, 0.0), raising=False)
+    monkeypatch.setattr(preparation.os, "cpu_count", lambda: 2)
+    work = preparing(HANGS, folder)
+    work.want([IMAGES, QUESTIONS])
+    assert f"about {text} left" in work.text
+    work.stop()
+
+
 def test_few_processes_compile_all_that_is_wanted(qtbot, folder):
     work = preparing(KEEPS, folder)
     lights = ("none", "direct", "soft", "path")
