@@ -269,7 +269,7 @@ def _renderer(asked: Render, inputs: SceneInputs, raster: Raster, place: _Place)
 def _path_tracer(asked: Render, inputs: SceneInputs, raster: Raster, place: _Place) -> _Drawing:
     from model.generator.path_light_cleaning import cleaning_of
     from model.rendering.path_tracing import denoising
-    from model.rendering.path_tracing.refinement import MOST_SAMPLES, Refined, drawn
+    from model.rendering.path_tracing.refinement import MOST_SAMPLES, Refined, RefiningRenderer
     from model.rendering.path_tracing.renderer import SAMPLES, PathTracer
 
     if asked.denoise and not denoising.available():
@@ -280,14 +280,18 @@ def _path_tracer(asked: Render, inputs: SceneInputs, raster: Raster, place: _Pla
     volume, _, light, step = place
     tracer = PathTracer(volume, light, step)
     cleaning, release = cleaning_of(volume, light, asked.denoise is not False)
-    error = asked.error or 0.0
+    renderer = RefiningRenderer(tracer, cleaning)
     samples = asked.samples or (SAMPLES if asked.error is None else MOST_SAMPLES)
     finished: list[tuple[Refined, float]] = []
 
     def draw(view: View) -> NDArray[np.float32]:
         begun = time.perf_counter()
         seen = replace(inputs, view=view)
-        last = drawn(tracer, seen, raster, samples, cleaning=cleaning, error=error)
+        if asked.error is None:
+            last = renderer.drawn(seen, raster, samples)
+        else:
+            *_, last = renderer.refined(seen, raster, samples, error=asked.error)
+        assert last is not None
         finished[:] = [(last, time.perf_counter() - begun)]
         return last.rgba
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from model.generator.path_light_cleaning import cleaning_of
 from model.rendering.path_tracing.denoising import denoiser
-from model.rendering.path_tracing.refinement import drawn, refined
+from model.rendering.path_tracing.refinement import RefiningRenderer
 from model.rendering.path_tracing.renderer import PathTracer
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.scene.default_tf import default_transfer_function
@@ -55,15 +55,12 @@ def over_samples(volume, scenes, exact, asked, cleaning):
     found = {}
     with closing(PathTracer(volume)) as tracer:
         # The first picture takes compilation and preparation.
-        drawn(tracer, scenes[0], asked.size, 2, cleaning=cleaning)
+        shown, alone = (RefiningRenderer(tracer, way) for way in (cleaning, cleaning and denoiser))
+        shown.drawn(scenes[0], asked.size, 2)
         for scene, truth in zip(scenes, exact, strict=True):
-            begun, given = time.perf_counter(), (tracer, scene, asked.size, asked.samples)
-            pictures = [
-                (picture, time.perf_counter() - begun)
-                for picture in refined(*given, cleaning=cleaning)
-            ]
-            alone = refined(*given, cleaning=cleaning and denoiser)
-            for (picture, seconds), denoised in zip(pictures, alone, strict=True):
+            begun, given = time.perf_counter(), (scene, asked.size, asked.samples)
+            pictures = [(picture, time.perf_counter() - begun) for picture in shown.refined(*given)]
+            for (picture, seconds), denoised in zip(pictures, alone.refined(*given), strict=True):
                 errors = (_rmse(image.rgba, truth) for image in (denoised, picture))
                 found.setdefault(picture.samples, []).append((seconds, *errors))
     return [(number, *map(fmean, zip(*rows, strict=True))) for number, rows in found.items()]
@@ -96,7 +93,8 @@ def turned(volume, first, asked, cleaning):
     ]
 
     def pictures(tracer, samples, way, scenes):
-        images = [drawn(tracer, s, asked.size, samples, cleaning=way).rgba for s in scenes]
+        renderer = RefiningRenderer(tracer, way, samples)
+        images = [renderer.render(scene, asked.size) for scene in scenes]
         return np.diff(np.stack(images)[-asked.frames :, ..., :3], 2, axis=0)
 
     ways = {"denoised": cleaning and denoiser, "as shown": cleaning}

@@ -95,82 +95,8 @@ class _Picture:
         return self._least
 
 
-def refined(
-    tracer: PathTracer,
-    inputs: SceneInputs,
-    size: int | Raster,
-    samples: int,
-    wanted: Callable[[], bool] = lambda: True,
-    sample_distance: float | None = None,
-    *,
-    cleaning: Cleaning | None,
-    error: float = 0.0,
-) -> Iterator[Refined]:
-    """Draw a picture with ever more samples, and yield it after 1, 2, 4, 8 ... and the last.
-
-    No more are drawn from an estimated error on, unless it is 0.
-    """
-    picture = _Picture(inputs, Raster.of(size), cleaning)
-    for estimate in tracer.refine(inputs, size, samples, wanted, sample_distance):
-        found = picture.shown(estimate)
-        yield found
-        if error > 0 and found.error <= error:
-            return
-
-
-def drawn(
-    tracer: PathTracer,
-    inputs: SceneInputs,
-    size: int | Raster,
-    samples: int,
-    sample_distance: float | None = None,
-    *,
-    cleaning: Cleaning | None,
-    error: float = 0.0,
-) -> Refined:
-    """Draw a whole picture; see :func:`refined`.
-
-    Unless an error is aimed at, none but the last two are cleaned.
-    """
-    if error > 0:
-        *_, found = refined(
-            tracer,
-            inputs,
-            size,
-            samples,
-            sample_distance=sample_distance,
-            cleaning=cleaning,
-            error=error,
-        )
-        return found
-    last = _last(tracer, inputs, size, samples, sample_distance=sample_distance, cleaning=cleaning)
-    assert last is not None
-    return last
-
-
-def _last(
-    tracer: PathTracer,
-    inputs: SceneInputs,
-    size: int | Raster,
-    samples: int,
-    wanted: Callable[[], bool] = lambda: True,
-    sample_distance: float | None = None,
-    *,
-    cleaning: Cleaning | None,
-) -> Refined | None:
-    """Return the last of the pictures; None if it is no longer wanted meanwhile."""
-    coming = tracer.refine(inputs, size, samples, wanted, sample_distance)
-    # The samples after the last but one tell the error.
-    last = deque(coming, maxlen=2)
-    if not last or last[-1].samples < samples:
-        return None
-    picture = _Picture(inputs, Raster.of(size), cleaning)
-    *_, found = map(picture.shown, last)
-    return found
-
-
 class RefiningRenderer:
-    """A path tracer as a renderer whose pictures are as they are shown; see :func:`drawn`."""
+    """A path tracer as a renderer whose pictures are cleaned while that brings them nearer."""
 
     def __init__(
         self, tracer: PathTracer, cleaning: Cleaning | None, samples: int = SAMPLES
@@ -194,9 +120,9 @@ class RefiningRenderer:
         go_on: Callable[[], object] | None = None,
     ) -> NDArray[np.float32]:
         """Render one image; see :class:`model.rendering.renderer.Renderer`."""
-        return drawn(
-            self._tracer, inputs, size, self.samples, sample_distance, cleaning=self._cleaning
-        ).rgba
+        found = self.drawn(inputs, size, self.samples, sample_distance=sample_distance)
+        assert found is not None
+        return found.rgba
 
     def drawn(
         self,
@@ -207,9 +133,14 @@ class RefiningRenderer:
         sample_distance: float | None = None,
     ) -> Refined | None:
         """Draw a whole picture of so many samples; None if it is no longer wanted meanwhile."""
-        return _last(
-            self._tracer, inputs, size, samples, wanted, sample_distance, cleaning=self._cleaning
-        )
+        coming = self._tracer.refine(inputs, size, samples, wanted, sample_distance)
+        # The samples after the last but one tell the error: none but these two are cleaned.
+        last = deque(coming, maxlen=2)
+        if not last or last[-1].samples < samples:
+            return None
+        picture = _Picture(inputs, Raster.of(size), self._cleaning)
+        *_, found = map(picture.shown, last)
+        return found
 
     def moving(
         self,
@@ -248,11 +179,18 @@ class RefiningRenderer:
         samples: int,
         wanted: Callable[[], bool] = lambda: True,
         sample_distance: float | None = None,
+        error: float = 0.0,
     ) -> Iterator[Refined]:
-        """Draw a picture with ever more samples; see :func:`refined`."""
-        return refined(
-            self._tracer, inputs, size, samples, wanted, sample_distance, cleaning=self._cleaning
-        )
+        """Draw a picture with ever more samples, and yield it after 1, 2, 4, 8 ... and the last.
+
+        No more are drawn from an estimated error on, unless it is 0.
+        """
+        picture = _Picture(inputs, Raster.of(size), self._cleaning)
+        for estimate in self._tracer.refine(inputs, size, samples, wanted, sample_distance):
+            found = picture.shown(estimate)
+            yield found
+            if error > 0 and found.error <= error:
+                return
 
     def close(self) -> None:
         """End the threads; the renderer cannot be used afterwards."""

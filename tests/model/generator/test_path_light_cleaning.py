@@ -13,7 +13,7 @@ from model.networks.path_light_network import (
 )
 from model.rendering.path_tracing import denoising
 from model.rendering.path_tracing.denoising import denoiser
-from model.rendering.path_tracing.refinement import refined
+from model.rendering.path_tracing.refinement import RefiningRenderer
 from model.rendering.path_tracing.renderer import PathTracer
 from model.rendering.raster import Raster
 from model.scene.default_tf import default_transfer_function
@@ -55,7 +55,7 @@ def test_pictures_of_few_samples_are_finished_and_those_of_many_denoised(file):
         assert found.shape == (30, 41, 3)
         assert np.array_equal(plain, found) == (traced.samples > MOST_SAMPLES)
     # Nothing shines where nothing is.
-    for picture in refined(tracer, inputs, raster, MOST_SAMPLES, cleaning=cleaning):
+    for picture in RefiningRenderer(tracer, cleaning).refined(inputs, raster, MOST_SAMPLES):
         np.testing.assert_array_equal(picture.rgba[..., 3], traced.rgba[..., 3])
         assert (picture.rgba[picture.rgba[..., 3] == 0] == 0).all()
     close()
@@ -85,7 +85,7 @@ def test_the_shipped_network_is_nearer_to_the_truth_than_the_denoiser():
         *_, exact = many.refine(inputs, 128, 128)
         cleaning, close = cleaning_of(volume)
         alone, shown = (
-            next(iter(refined(tracer, inputs, 128, 1, cleaning=each)))
+            next(iter(RefiningRenderer(tracer, each).refined(inputs, 128, 1)))
             for each in (denoiser, cleaning)
         )
         errors = [np.square(each.rgba - exact.rgba).mean() for each in (alone, shown)]

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from model.rendering.path_tracing.denoising import available, denoise, denoiser
-from model.rendering.path_tracing.refinement import refined
+from model.rendering.path_tracing.refinement import RefiningRenderer
 from model.rendering.path_tracing.renderer import PathTracer
 from model.rendering.raster import Raster
 from model.rendering.raycast.renderer import RaycastRenderer
@@ -37,7 +37,7 @@ def test_noise_falls_against_many_samples(jet, truth):
     volume, inputs = jet
     tracer = PathTracer(volume)
     traced = list(tracer.refine(inputs, 96, 4))
-    found = list(refined(tracer, inputs, 96, 4, cleaning=denoiser))
+    found = list(RefiningRenderer(tracer, denoiser).refined(inputs, 96, 4))
     tracer.close()
 
     def error(image):
@@ -67,7 +67,7 @@ def test_what_guides_the_denoiser_is_the_unlit_picture(jet):
 def test_the_estimated_error_is_that_against_many_samples(jet, truth):
     volume, inputs = jet
     tracer = PathTracer(volume)
-    for picture in refined(tracer, inputs, 96, 16, cleaning=denoiser):
+    for picture in RefiningRenderer(tracer, denoiser).refined(inputs, 96, 16):
         # The second sample alone has no halves.
         assert np.isinf(picture.error) == (picture.samples < 4)
         if picture.samples >= 4:
@@ -91,7 +91,7 @@ def test_a_small_thing_is_cleaned_as_if_nothing_were_around_it():
 
     tracer = PathTracer(volume)
     (estimate,) = tracer.refine(inputs, raster, 1)
-    (picture,) = refined(tracer, inputs, raster, 1, cleaning=cleaning)
+    (picture,) = RefiningRenderer(tracer, cleaning).refined(inputs, raster, 1)
     tracer.close()
     (part,) = parts
     assert part.rows * part.columns < 0.5 * raster.rows * raster.columns

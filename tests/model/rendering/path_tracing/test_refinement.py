@@ -4,7 +4,7 @@ import pytest
 from model.rendering.path_tracing.denoising import available, denoiser
 from model.rendering.path_tracing.estimate import Estimate
 from model.rendering.path_tracing.moving_light import coarse, light_of, relit
-from model.rendering.path_tracing.refinement import RefiningRenderer, drawn, refined
+from model.rendering.path_tracing.refinement import RefiningRenderer
 from model.rendering.path_tracing.renderer import PathTracer
 from model.rendering.raster import Raster, resized
 from model.rendering.raycast.renderer import RaycastRenderer
@@ -54,7 +54,7 @@ def cleaner():
 
 
 def test_a_picture_is_cleaned_until_its_noise_is_less_than_what_that_leaves(cleaner):
-    found = list(refined(Tracer(), None, 2, 32, cleaning=lambda *scene: cleaner))
+    found = list(RefiningRenderer(Tracer(), lambda *scene: cleaner).refined(None, 2, 32))
     assert [each.samples for each in found] == [1, 2, 4, 8, 16, 32]
     assert [each.deed for each in found[2:]] == ["cleaned", "cleaned well", "", ""]
     expected = [np.inf, np.inf, 0.03, 0.03, 0.025, 0.0125]
@@ -65,22 +65,22 @@ def test_a_picture_is_cleaned_until_its_noise_is_less_than_what_that_leaves(clea
 
 
 def test_no_more_samples_are_drawn_than_an_error_takes(cleaner):
-    clean = refined(Tracer(), None, 2, 1024, cleaning=lambda *scene: cleaner, error=0.031)
+    clean = RefiningRenderer(Tracer(), lambda *scene: cleaner).refined(None, 2, 1024, error=0.031)
     assert list(clean)[-1].samples == 4
-    assert list(refined(Tracer(), None, 2, 1024, cleaning=None, error=0.03))[-1].samples == 16
+    assert (
+        list(RefiningRenderer(Tracer(), None).refined(None, 2, 1024, error=0.03))[-1].samples == 16
+    )
 
 
 def test_a_whole_picture_is_the_last_of_those(cleaner):
-    whole = drawn(Tracer(), None, 2, 4, cleaning=lambda *scene: cleaner)
+    whole = RefiningRenderer(Tracer(), lambda *scene: cleaner).drawn(None, 2, 4)
     assert (whole.samples, whole.deed) == (4, "cleaned")
     assert whole.error == pytest.approx(0.03, rel=1e-5)
     assert cleaner.cleaned == [2, 4]
-    aimed = drawn(Tracer(), None, 2, 1024, cleaning=lambda *scene: cleaner, error=0.031)
-    assert aimed.samples == 4
 
 
 def test_without_what_cleans_them_pictures_stay_as_they_were_traced():
-    assert not any(each.deed for each in refined(Tracer(), None, 2, 8, cleaning=None))
+    assert not any(each.deed for each in RefiningRenderer(Tracer(), None).refined(None, 2, 8))
     assert RefiningRenderer(Tracer(), None, 8).render(None, 2).max() == 0.5
 
 
