@@ -1,6 +1,6 @@
 """Rhythm and sizes of answers while something moves.
 
-The pictures have the time: all answers together take a sixth of it. Yet none that is shown is of
+The pictures have the time: all answers together take less than a fifth of it. Yet none that is shown is of
 what was there more than half a second ago. So answers become smaller rather than rarer.
 """
 

@@ -18,7 +18,6 @@ from app.image_view.image_canvas import to_qimage
 from app.window.context import Context
 from model.scene.inputs import SceneInputs
 
-COARSENESS = 2.0  # factor of the sample distance in the pictures
 PATIENCE_MS = 1000  # time after which the reference draws them if the ray caster is still compiled
 
 
@@ -34,7 +33,7 @@ class SmallPictures(QObject):
     ) -> None:
         super().__init__(context.window)
         self._context, self._show = context, show
-        self._quality = Quality(size, COARSENESS)
+        self._quality = Quality(size)
         clients = context.analyst, context.reference.client
         self._analyst, self._reference = (Channel(client, name, self) for client in clients)
         self._wanted: BatchRequest | None = None
