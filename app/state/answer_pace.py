@@ -1,7 +1,7 @@
 """Rhythm and sizes of answers while something moves.
 
-The pictures have the time: all answers together take less than a fifth of it. Yet none that is shown is of
-what was there more than half a second ago. So answers become smaller rather than rarer.
+The pictures have the time: all answers together take less than a fifth of it. Yet none that is
+shown is of what was there more than half a second ago. So answers become smaller, not rarer.
 """
 
 from __future__ import annotations
