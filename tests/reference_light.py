@@ -55,12 +55,13 @@ def picture(
     mask = None if inputs.mask is None else inputs.mask.shown
     glow = None
     if lighting == "soft":
-        glow = _soft_grid(volume, field, opacity, travel, inputs.crop, mask)
+        glow = _soft_grid(volume, field, opacity, travel, inputs, mask)
     whole = np.zeros((*raster.shape, 4), dtype=per_sample.dtype)
     wide = min(raster.columns, RAYS_AT_ONCE)
     for tile in raster.tiles(wide, max(RAYS_AT_ONCE // wide, 1)):
         is_nearest = inputs.is_nearest(volume)
-        rays = cast(volume, inputs.view, tile, sample_distance, inputs.crop, is_nearest, mask)
+        shown = inputs.crop, is_nearest, mask, inputs.clip
+        rays = cast(volume, inputs.view, tile, sample_distance, *shown)
         alpha = alphas_of(rays.bins, rays.shares, per_sample, least)
         weight = weights_of(alpha)
         rgb = np.stack([at_bins(rays.bins, c) for c in color.T], axis=-1).astype(per_sample.dtype)
@@ -69,7 +70,7 @@ def picture(
         elif lighting == "direct":
             steps = (_label_steps if is_nearest else _steps)(field, rays.places)
             noise = 0.06 if is_nearest else NOISE * noise_of(field)
-            diffuse, gloss = _reflected(volume, steps, noise, rays, travel, inputs.crop)
+            diffuse, gloss = _reflected(volume, steps, noise, rays, travel, inputs)
             rgb = rgb * diffuse[..., None] + gloss[..., None]
         rows = slice(tile.top - raster.top, tile.bottom - raster.top)
         columns = slice(tile.left - raster.left, tile.right - raster.left)
@@ -98,7 +99,7 @@ def _label_steps(field, places):
     return total
 
 
-def _reflected(volume, steps, noise, rays, travel, crop):
+def _reflected(volume, steps, noise, rays, travel, inputs):
     """Factor of the colour, and white gloss of each sample, by gradient shading."""
     places, spacing = rays.places, np.array(volume.spacing)
     seen = rays.towards[..., None, :]
@@ -116,21 +117,29 @@ def _reflected(volume, steps, noise, rays, travel, crop):
     share = np.where(known, 1 / (1 + ratio**4), 0)
     diffuse = DIFFUSE * (0.5 + share * (across - 0.5))
     gloss = SPECULAR * share * shine
-    box = crop or CropBox()
+    box = inputs.crop or CropBox()
     last = np.array(volume.dimensions) - 1
+    faces = np.eye(3)
     deep = np.minimum(places - np.array(box.low) * last, np.array(box.high) * last - places)
+    if inputs.clip is not None:
+        # Its depth in voxels is along the direction that is its normal in voxels.
+        normal = np.array(inputs.clip.normal)
+        faces, of_voxels = np.vstack([faces, normal]), normal * spacing
+        from_centre = (places - last / 2) @ of_voxels - inputs.clip.offset * volume.radius
+        depth = -from_centre[..., None] / np.linalg.norm(of_voxels)
+        deep = np.concatenate([deep, depth], axis=-1)
     near = np.clip(2 - 2 * deep, 0, 1)
     total, most = near.sum(axis=-1), near.max(axis=-1)
     passing = (travel * seen).sum(axis=-1)[..., None]
-    along_faces = 2 * travel * seen - passing
+    along_faces = 2 * (faces @ travel) * (seen @ faces.T) - passing
     shines = np.where(along_faces > 0, np.abs(along_faces) ** (2 * HALF_POWER), 0)
     some = np.where(total > 0, total, 1)
-    flat = DIFFUSE * (near * np.abs(travel)).sum(axis=-1) / some
+    flat = DIFFUSE * (near * np.abs(faces @ travel)).sum(axis=-1) / some
     shine = SPECULAR * (near * shines).sum(axis=-1) / some
     return diffuse + most * (flat - diffuse), gloss + most * (shine - gloss)
 
 
-def _soft_grid(volume, field, opacity, travel, crop, mask):
+def _soft_grid(volume, field, opacity, travel, inputs, mask):
     """Light at the nodes of the coarse grid (nz, ny, nx) of soft light."""
     extent, dimensions = np.array(volume.extent), np.array(volume.dimensions)
     counts = np.clip(np.ceil(NODES * extent / extent.max()).astype(int), 2, dimensions)
@@ -146,8 +155,7 @@ def _soft_grid(volume, field, opacity, travel, crop, mask):
         looked_up[~mask] = 0
     z, y, x = (_around(n, m) for n, m in zip(counts[::-1], field.shape, strict=True))
     extinction = looked_up[z][:, :, y][:, :, :, :, x].mean(axis=(1, 3, 5))
-    if crop is not None:
-        extinction = extinction * _shares(crop, counts)
+    extinction = extinction * _shares(volume, inputs, counts)
     spacing = extent / (counts - 1)
     around = [
         np.array(way) / np.linalg.norm(way)
@@ -171,16 +179,31 @@ def _around(nodes, voxels):
     return np.array(found)
 
 
-def _shares(crop, counts):
-    """Share of the space around each node (nz, ny, nx) that a crop box leaves."""
-    along = []
+def _shares(volume, inputs, counts):
+    """Share of the space around each node (nz, ny, nx) that is shown."""
+    along, middles, sides, crop = [], [], [], inputs.crop or CropBox()
     for low, high, count in zip(crop.low, crop.high, counts, strict=True):
         begin = np.maximum(np.arange(count) - 0.5, 0)
         end = np.minimum(np.arange(count) + 0.5, count - 1)
         kept = np.minimum(end, high * (count - 1)) - np.maximum(begin, low * (count - 1))
         along.append(np.clip(kept, 0, None) / (end - begin))
+        middles.append((begin + end) / 2 / (count - 1) - 0.5)
+        sides.append((end - begin) / (count - 1))
     x, y, z = along
-    return z[:, None, None] * y[:, None] * x
+    shares = z[:, None, None] * y[:, None] * x
+    if inputs.clip is not None:
+        # The volume of a cell below a plane, by its corners: all but 0 normals divide.
+        turns = np.array(inputs.clip.normal) * volume.extent
+        middle = np.stack(np.meshgrid(*middles[::-1], indexing="ij"))[::-1]
+        widths = np.stack(np.meshgrid(*sides[::-1], indexing="ij"))[::-1]
+        widths *= np.maximum(abs(turns), 1e-4 * abs(turns).max())[:, None, None, None]
+        depth = inputs.clip.offset * volume.radius - np.tensordot(turns, middle, 1)
+        total = np.zeros_like(shares)
+        for corner in itertools.product((0, 1), repeat=3):
+            beyond = depth + np.tensordot(0.5 - np.array(corner), widths, 1)
+            total += (-1) ** sum(corner) * np.maximum(beyond, 0) ** 3 / 6
+        shares = shares * np.clip(total / widths.prod(axis=0), 0, 1)
+    return shares
 
 
 def _swept(extinction, steps):

@@ -39,16 +39,24 @@ class Rays:
     towards: np.ndarray
 
 
-def cast(volume, view, size, sample_distance, crop=None, is_nearest=False, mask=None):
+def cast(
+    volume, view, size, sample_distance, crop=None, is_nearest=False, mask=None, clip=None
+):
     """Follow the rays through the centres of an image's pixels, in steps of some voxels."""
     right, up, back = view.basis()
     distance = view.camera_distance(volume.radius)
     # From the first voxel: the origin may be so far away that nothing is left of the volume.
     extent = np.array(volume.extent)
-    eye = extent / 2 + distance * back
     x, y = _pixels(Raster.of(size), view)
     tangent = math.tan(math.radians(VIEW_ANGLE / 2))
-    towards = -back + tangent * (x[..., None] * right + y[..., None] * up)
+    across = tangent * (x[..., None] * right + y[..., None] * up)
+    if view.is_orthographic:
+        # From a plane outside the volume, of which the pixels' places are those in perspective
+        # where the centre is.
+        eye = extent / 2 + 2 * volume.radius * back + distance * across
+        towards, distance = -back + np.zeros_like(across), 2 * volume.radius
+    else:
+        eye, towards = extent / 2 + distance * back, -back + across
     length = np.linalg.norm(towards, axis=-1)
     towards /= length[..., None]
     near = length * max(distance - 1.01 * volume.radius, 0.01 * volume.radius)
@@ -58,6 +66,13 @@ def cast(volume, view, size, sample_distance, crop=None, is_nearest=False, mask=
         faces = np.stack([(low - eye) / towards, (high - eye) / towards])
     enter = np.fmax(near, np.fmin(*faces).max(axis=-1))
     leave = np.fmax(*faces).min(axis=-1)
+    if clip is not None:
+        normal = np.array(clip.normal)
+        deep = clip.offset * volume.radius - (eye - extent / 2) @ normal
+        with np.errstate(divide="ignore"):
+            cut = deep / (towards @ normal)
+        leave = np.where(towards @ normal > 0, np.minimum(leave, cut), leave)
+        enter = np.where(towards @ normal < 0, np.maximum(enter, cut), enter)
     hits = leave > enter
     enter = np.where(hits, enter, 0.0)
     step = sample_distance * volume.voxel_size
@@ -65,7 +80,8 @@ def cast(volume, view, size, sample_distance, crop=None, is_nearest=False, mask=
     k = np.arange(max(int(np.ceil(steps.max())), 1))
     shares = np.clip(steps - k, 0, 1)
     along = enter[..., None] + (k + shares) * step
-    places = (eye + along[..., None] * towards[..., None, :]) / np.array(volume.spacing)
+    from_eye = along[..., None] * towards[..., None, :]
+    places = (np.expand_dims(eye, -2) + from_eye) / np.array(volume.spacing)
     shown = shares > 0
     if volume.hidden is not None:
         shown &= ~nearest(volume.hidden, places)

@@ -219,20 +219,20 @@ def _draw(
 def _samples(
     volume: Volume, inputs: SceneInputs, size: int, distance: float
 ) -> tuple[NDArray[np.int64], NDArray[np.uint8], NDArray[np.float32]]:
-    """Return what the rays of a view meet in what the crop box leaves, whatever the TF.
+    """Return what the rays of a view meet in what is shown, whatever the TF.
 
     That is the first sample of each ray, row by row from the top, and the number of samples; then
     each sample's bin of the scalar range, and the light that it reflects to the eye.
     """
     from scipy.ndimage import map_coordinates
 
-    eye, directions, near, far = _rays(volume, inputs, size)
+    eyes, directions, near, far = _rays(volume, inputs, size)
     step = distance * volume.voxel_size
     count = np.ceil((far - near) / step - 0.5).astype(np.int64)
     ray = np.repeat(np.arange(len(count)), count)
     number = np.arange(len(ray)) - np.repeat(np.cumsum(count) - count, count)
     along = near[ray] + (number + 0.5) * step
-    places = (eye + along[:, None] * directions[ray])[:, ::-1]
+    places = (eyes[ray] + along[:, None] * directions[ray])[:, ::-1]
     voxels = shown_voxels(volume)
 
     def values(offset: NDArray[np.float64]) -> NDArray[np.float32]:
@@ -260,14 +260,14 @@ def _samples(
 
 
 def _rays(volume: Volume, inputs: SceneInputs, size: int) -> tuple[NDArray[np.float64], ...]:
-    """Eye (3,), directions (pixels, 3) in voxels, and the ends (pixels,) of rays in the volume.
+    """Eyes and directions (pixels, 3) in voxels, and the ends (pixels,) of rays in the volume.
 
     Ends are world distances from the eye; a ray that misses the volume ends where it begins.
     """
-    camera = camera_array(inputs.view, volume, crop=inputs.crop)
-    rays = np.empty((size**2, 5))
+    camera = camera_array(inputs.view, volume, part=inputs.part)
+    rays = np.empty((size**2, 8))
     _make_rays(camera, volume.voxel_size, size, rays)
-    return camera[:3], rays[:, :3], rays[:, 3], rays[:, 4]
+    return rays[:, 5:], rays[:, :3], rays[:, 3], rays[:, 4]
 
 
 @compiled
@@ -278,6 +278,7 @@ def _make_rays(camera: Any, step: float, size: int, rays: Any) -> None:
             number = row * size + column
             for axis in range(3):
                 rays[number, axis] = ray.step[axis] / step
+                rays[number, 5 + axis] = ray.start[axis] - first * rays[number, axis]
             rays[number, 3] = first - step
             rays[number, 4] = rays[number, 3] + max(ray.last + 1, 0.0) * step
 

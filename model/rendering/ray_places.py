@@ -37,8 +37,16 @@ def places_along(
     cosine = float(np.diff(projection.depths(np.stack([start, ahead])))[0])
     nearest = inputs.view.near_distance(1.0) / cosine
     enter, leave = np.fmax(nearest, np.fmin(*faces).max()), np.fmax(*faces).min()
-    step = APART * volume.voxel_size / volume.radius
     inside = ((start >= box.low) & (start <= box.high))[ray == 0].all()
+    if inputs.clip is not None:
+        deep, ahead_deep = inputs.clip.depths(np.stack([start, ahead]), volume.proportions)
+        if deep == ahead_deep:
+            inside &= deep >= 0
+        elif deep > ahead_deep:
+            leave = min(leave, deep / (deep - ahead_deep))
+        else:
+            enter = max(enter, deep / (deep - ahead_deep))
+    step = APART * volume.voxel_size / volume.radius
     count = int(np.ceil((leave - enter) / step)) if leave > enter and inside else 0
     along = np.minimum(enter + step * np.arange(1, count + 1), leave)
     points = start + along[:, None] * ray

@@ -33,7 +33,7 @@ from model.rendering.opacity_correction import per_sample
 from model.rendering.opengl import drawing_errors, offscreen_window
 from model.rendering.raster import Raster
 from model.rendering.scalars import LABEL_NOISE, noise_of, renderable_scalars
-from model.scene.crop import CropBox
+from model.scene.clip_plane import WHOLE_PART, ShownPart
 from model.scene.inputs import SceneInputs
 from model.scene.mask import Mask, hidden_voxels
 from model.scene.scene import LightDirection, Lighting
@@ -78,7 +78,7 @@ class VtkRenderer:
             )
         self.sample_distance = sample_distance
         self._volume = volume
-        self._crop: CropBox | None = None
+        self._part = WHOLE_PART
         self._failure = ""
         self._scalars, tf_range = _texture_scalars(volume)
         texture_range = float(self._scalars.min()), float(self._scalars.max())
@@ -96,7 +96,7 @@ class VtkRenderer:
         self._properties = self._volume_property(lighting)
         actor = vtkVolume()
         self._uniforms = actor.GetShaderProperty().GetFragmentCustomUniforms()
-        self._set_shown(CropBox())
+        self._set_shown(self._part)
         self._uniforms.SetUniformi("in_isNearest", 0)
         actor.SetMapper(self._mapper)
         actor.SetProperty(self._properties)
@@ -156,7 +156,7 @@ class VtkRenderer:
         self._properties.SetScalarOpacityUnitDistance(distance)
         raster = Raster.of(size)
         self._point_camera(inputs.view, raster)
-        self._show_part(inputs.crop)
+        self._show_part(inputs.part)
         if inputs.mask != self._mask:
             self._hide(hidden_voxels(self._volume, inputs.mask))
             self._mask = inputs.mask
@@ -212,7 +212,7 @@ class VtkRenderer:
     def _point_camera(self, view: View, raster: Raster) -> None:
         _, up, back = view.basis()
         radius = self._volume.radius / self._volume.voxel_size
-        distance = view.camera_distance(radius)
+        distance = view.eye_distance(radius)
         center = _extent(self._volume) / 2
         camera = self._renderer.GetActiveCamera()
         camera.SetFocalPoint(*center)
@@ -224,39 +224,49 @@ class VtkRenderer:
         camera.SetUseHorizontalViewAngle(half_height > half_width)
         shorter = min(half_width, half_height)
         camera.SetViewAngle(math.degrees(2 * math.atan(shorter * tangent)))
+        camera.SetParallelProjection(view.is_orthographic)
+        camera.SetParallelScale(half_height * tangent * view.camera_distance(radius))
         camera.SetWindowCenter((x - view.pan_x) / half_width, (y - view.pan_y) / half_height)
         # The whole bounding sphere, with a small margin.
         camera.SetClippingRange(view.near_distance(radius), distance + 1.01 * radius)
 
-    def _show_part(self, crop: CropBox | None) -> None:
-        """Clip the volume by the six planes of a crop box, or show all of it."""
-        if crop == self._crop:
+    def _show_part(self, part: ShownPart) -> None:
+        """Clip the volume by the planes of a crop box, and by one at any angle."""
+        if part == self._part:
             return
-        self._crop = crop
+        self._part = part
         self._mapper.RemoveAllClippingPlanes()
-        self._set_shown(crop or CropBox())
-        if crop is None:
-            return
-        extent = _extent(self._volume)
+        self._set_shown(part)
+        extent, crop = _extent(self._volume), part.crop
+        if part.clip is not None:
+            normal = np.array(part.clip.normal)
+            radius = self._volume.radius / self._volume.voxel_size
+            self._clip(extent / 2 + part.clip.offset * radius * normal, -normal)
         for corner, sign in ((crop.low, 1.0), (crop.high, -1.0)):
             for axis, normal in enumerate(np.eye(3) * sign):
                 # A plane in a face of the volume would only cost time, and rounding.
                 if corner[axis] not in (0.0, 1.0):
-                    plane = vtkPlane()
-                    plane.SetOrigin(*(np.array(corner) * extent))
-                    plane.SetNormal(*normal)
-                    self._mapper.AddClippingPlane(plane)
+                    self._clip(np.array(corner) * extent, normal)
 
     def _hide(self, hidden: NDArray[np.bool_] | None) -> None:
         """Leave out samples whose nearest voxel is hidden."""
         shown = None if hidden is None else _image_data(self._volume, (~hidden).astype(np.uint8))
         self._mapper.SetMaskInput(shown)
 
-    def _set_shown(self, crop: CropBox) -> None:
+    def _clip(self, origin: NDArray[np.float64], normal: NDArray[np.float64]) -> None:
+        """Show what is on the side of a plane that its normal points to."""
+        plane = vtkPlane()
+        plane.SetOrigin(*origin)
+        plane.SetNormal(*normal)
+        self._mapper.AddClippingPlane(plane)
+
+    def _set_shown(self, part: ShownPart) -> None:
         """Tell the shader where the faces of what is shown are, in voxels."""
-        last = np.array(self._volume.dimensions) - 1
-        self._uniforms.SetUniform3f("in_shownLow", tuple(np.array(crop.low) * last))
-        self._uniforms.SetUniform3f("in_shownHigh", tuple(np.array(crop.high) * last))
+        low, high = part.corners(self._volume)
+        self._uniforms.SetUniform3f("in_shownLow", tuple(low))
+        self._uniforms.SetUniform3f("in_shownHigh", tuple(high))
+        self._uniforms.SetUniform4f("in_cut", tuple(part.plane(self._volume)))
+        self._uniforms.SetUniform3f("in_cutNormal", part.normal)
 
 
 def _texture_scalars(volume: Volume) -> tuple[NDArray[Any], Range]:
@@ -319,6 +329,12 @@ def _whole_rays(volume: Volume) -> tuple[tuple[str, bool, str, bool], ...]:
         insideStep = min(insideStep, 1.0 - over);
       }}
     }}
+    float leaving = dot(g_dirStep * {count}, in_cut.xyz);
+    if (leaving > 0.0)
+    {{
+      float over = (dot(g_dataPos * {count} - 0.5, in_cut.xyz) - in_cut.w) / leaving;
+      insideStep = min(insideStep, 1.0 - over);
+    }}
     insideStep = max(insideStep, 0.0);
     g_dataPos -= (1.0 - insideStep) * g_dirStep;
     """
@@ -366,15 +382,21 @@ def _solid_lighting(volume: Volume, noise: float) -> tuple[str, bool, str, bool]
   specular = counts > 0.0 ? counts * specular : vec3(0.0);
   vec3 place = g_dataPos * {count} - 0.5;
   vec3 deep = min(place - in_shownLow, in_shownHigh - place);
-  vec3 near = clamp(2.0 - 2.0 * deep, 0.0, 1.0);
-  float nearest = max(near.x, max(near.y, near.z));
+  vec4 near = clamp(2.0 - 2.0 * vec4(deep, in_cut.w - dot(place, in_cut.xyz)), 0.0, 1.0);
+  float nearest = max(max(near.x, near.w), max(near.y, near.z));
   if (nearest > 0.0)
   {{
     vec3 faceDiffuse = vec3(0.0);
     vec3 faceSpecular = vec3(0.0);
-    for (int axis = 0; axis < 3; axis++)
+    vec3 cut = vec3(0.0);
+    for (int axis = 0; axis < 4; axis++)
     {{
-      vec3 face = normalize((in_modelViewMatrix * in_volumeMatrix[0])[axis].xyz);
+      vec3 face = cut;
+      if (axis < 3)
+      {{
+        face = normalize((in_modelViewMatrix * in_volumeMatrix[0])[axis].xyz);
+        cut += in_cutNormal[axis] * face;
+      }}
       float across = dot(face, vertLightDirection);
       float along = dot(-viewDirection, 2.0 * across * face - vertLightDirection);
       faceDiffuse += near[axis] * abs(across);
@@ -383,7 +405,7 @@ def _solid_lighting(volume: Volume, noise: float) -> tuple[str, bool, str, bool]
         faceSpecular += near[axis] * pow(along, in_shininess[lightingComponent]);
       }}
     }}
-    float total = near.x + near.y + near.z;
+    float total = near.x + near.y + near.z + near.w;
     diffuse = mix(diffuse, faceDiffuse / total, nearest);
     specular = mix(specular, faceSpecular / total, nearest);
   }}

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from model.scene.clip_plane import ClipPlane, ShownPart
 from model.scene.crop import CropBox
 from model.scene.mask import Mask
 from model.scene.random_inputs import draw_color_tf, draw_light, draw_opacity_tf, draw_view
@@ -48,6 +49,7 @@ class SceneInputs:
     color_tf: ColorTF
     light: LightDirection | None = None  # of a lit scene; None is the scene's fixed one
     crop: CropBox | None = None  # part of the volume that is shown; None for all of it
+    clip: ClipPlane | None = None  # beyond which the volume is cut away
     interpolates: bool | None = None  # between voxels; None for yes, unless these are labels
     mask: Mask | None = None  # voxels that are shown; None for all
 
@@ -60,6 +62,11 @@ class SceneInputs:
     def transfer_function(self) -> TransferFunction:
         """Both TFs as a pair."""
         return TransferFunction(self.opacity_tf, self.color_tf)
+
+    @property
+    def part(self) -> ShownPart:
+        """What crop box and clipping plane leave."""
+        return ShownPart(self.crop or CropBox(), self.clip)
 
     def is_nearest(self, volume: Volume) -> bool:
         """Whether each place of a volume has the value of the nearest voxel."""
@@ -187,6 +194,17 @@ INPUT_FIELDS: tuple[InputField, ...] = (
         store=lambda crop, scene: (crop or CropBox()).numbers(),
         encode=lambda rows, scene: (2 * rows - 1).astype(np.float32),
         outside=lambda crop, scene: [] if crop is None else ["a crop box"],
+    ),
+    InputField(
+        name="clip",
+        shape=(4,),
+        dtype="float64",
+        numbers=4,
+        varies=lambda scene: False,
+        draw=lambda rng, scene, drawn: None,
+        store=lambda clip, scene: np.zeros(4) if clip is None else clip.numbers(),
+        encode=lambda rows, scene: rows.astype(np.float32),
+        outside=lambda clip, scene: [] if clip is None else ["a clipping plane"],
     ),
     InputField(
         name="interpolates",

@@ -36,7 +36,6 @@ from model.rendering.raycast.marching import draw_rows
 from model.rendering.raycast.rays import Medium, camera_array
 from model.rendering.raycast.renderer import NO_DEPTH, missing_voxels
 from model.rendering.scalars import KERNEL_TYPES, LABEL_NOISE, noise_of, renderable_scalars
-from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs
 from model.scene.mask import Mask, hidden_voxels
 from model.scene.scene import LightDirection
@@ -234,7 +233,7 @@ class PathTracer:
             distance /= FINER
         return _Seen(
             self._scatterer(inputs, distance),
-            camera_array(inputs.view, volume, raster, inputs.crop),
+            camera_array(inputs.view, volume, raster, inputs.part),
             distance * volume.voxel_size,
             distance <= CLOSE and not inputs.is_nearest(volume),
         )
@@ -263,8 +262,7 @@ class PathTracer:
 
     def _scatterer(self, inputs: SceneInputs, distance: float) -> Scatterer:
         volume = self._volume
-        crop = inputs.crop or CropBox()
-        last = np.array(volume.dimensions) - 1
+        low, high = inputs.part.corners(volume)
         shown = self._under(inputs.mask)
         extinction = shown.extinctions.classified(inputs.opacity_tf)
         medium = Medium(
@@ -282,8 +280,10 @@ class PathTracer:
             medium,
             extinction.majorants,
             extinction.levels,
-            tuple(map(np.float32, np.array(crop.low) * last)),
-            tuple(map(np.float32, np.array(crop.high) * last)),
+            tuple(map(np.float32, low)),
+            tuple(map(np.float32, high)),
+            tuple(map(np.float32, inputs.part.plane(volume))),
+            tuple(map(np.float32, inputs.part.normal)),
             tuple(np.float32(volume.voxel_size / s) for s in volume.spacing),
         )
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from model.compilation import inlined
 from model.rendering.raycast.rays import ONE, ZERO
-from model.rendering.raycast.shading import gradient, nearness
+from model.rendering.raycast.shading import depth_below, gradient, nearness
 
 TURN = np.float32(2 * math.pi)
 QUARTER, TWO = np.float32(0.25), np.float32(2)
@@ -150,10 +150,15 @@ def surface_at(
     by = nearness(min(y - low[1], high[1] - y))
     bz = nearness(min(z - low[2], high[2] - z))
     face = max(bx, max(by, bz))
+    bn = nearness(depth_below(scatterer.plane, x, y, z))
+    is_cut = bn > face
+    face = max(face, bn)
     share = face * optics.faces
     if number < a * share:
         nx, ny, nz = ZERO, ZERO, ZERO
-        if bx == face:
+        if is_cut:
+            nx, ny, nz = scatterer.normal
+        elif bx == face:
             nx = ONE
         elif by == face:
             ny = ONE

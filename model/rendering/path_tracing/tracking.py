@@ -22,6 +22,7 @@ from model.rendering.raycast.batch import HALF, level_of
 from model.rendering.raycast.cells import MinMaxCells
 from model.rendering.raycast.classification import LEVELS, LEVELS_PER_BIN, NOTHING, opacity_table
 from model.rendering.raycast.rays import HUGE, ONE, ZERO, inverse_step
+from model.rendering.raycast.shading import depth_below
 from model.rendering.raycast.trilinear import blend, clamp, halves, load_pair, locate, nearest_of
 from model.scene.transfer_function import OpacityTF, Range
 
@@ -48,6 +49,8 @@ class Scatterer(NamedTuple):
     extinctions: Any  # float32, shape (levels,): extinction at each level, per voxel size
     low: Any
     high: Any  # tuple of 3 float32: least and greatest corner of what is shown, in voxels
+    plane: Any
+    normal: Any  # its clipping plane, as in :class:`model.rendering.raycast.shading.Light`
     scaling: Any  # tuple of 3 float32: voxels per voxel size along each axis
 
 
@@ -91,6 +94,9 @@ def track(scatterer: Any, place: Any, direction: Any, state: Any, transmits: boo
             ((high[2] if dz >= ZERO else low[2]) - z) * iz,
         ),
     )
+    leaving = scatterer.plane[0] * dx + scatterer.plane[1] * dy + scatterer.plane[2] * dz
+    if leaving > ZERO:
+        end = min(end, depth_below(scatterer.plane, x, y, z) / leaving)
     through, t = ONE, ZERO
     depth: Any = -ONE
     while t < end:

@@ -29,7 +29,7 @@ from model.rendering.raycast.light_sweeps import (
 )
 from model.rendering.raycast.shading import NO_GRID, NO_LIGHT, Light, LightGrid
 from model.rendering.scalars import LABEL_NOISE, noise_of
-from model.scene.crop import CropBox
+from model.scene.clip_plane import WHOLE_PART, ShownPart
 from model.scene.inputs import SceneInputs
 from model.scene.scene import LightDirection, Lighting
 from model.scene.transfer_function import TF_SAMPLES
@@ -67,13 +67,12 @@ def gradient_light(
     view: View,
     light: LightDirection,
     volume: Volume,
-    crop: CropBox | None = None,
+    part: ShownPart = WHOLE_PART,
     noise: float = 0.0,
     dim: float = 1.0,
 ) -> Light:
     """Return the parameters of gradient shading for a view and its light."""
-    crop = crop or CropBox()
-    last = np.array(volume.dimensions) - 1
+    low, high = part.corners(volume)
     return Light(
         tuple(map(np.float32, travel_direction(view, light))),
         tuple(map(np.float32, volume.spacing)),
@@ -81,8 +80,10 @@ def gradient_light(
         np.float32(DIFFUSE),
         np.float32(SPECULAR),
         POWER,
-        tuple(map(np.float32, np.array(crop.low) * last)),
-        tuple(map(np.float32, np.array(crop.high) * last)),
+        tuple(map(np.float32, low)),
+        tuple(map(np.float32, high)),
+        tuple(map(np.float32, part.plane(volume))),
+        tuple(map(np.float32, part.normal)),
         np.float32((NOISE * noise) ** 4),
         np.float32(dim),
         True,
@@ -120,9 +121,9 @@ class Illumination:
             look_around(scalars, missing, bins, layer, self._levels)
 
         list(executor.map(look, range(len(self._levels))))
-        # Extinction and ambient light of the two TFs and crop boxes that were lit last.
-        self._lit: dict[tuple[bytes, CropBox | None], tuple[NDArray[np.float32], ...]] = {}
-        self._crop: CropBox | None = None
+        # Extinction and ambient light of the two TFs and shown parts that were lit last.
+        self._lit: dict[tuple[bytes, ShownPart], tuple[NDArray[np.float32], ...]] = {}
+        self._part = WHOLE_PART
 
     @property
     def shape(self) -> tuple[int, int, int]:
@@ -135,15 +136,15 @@ class Illumination:
         view: View,
         light: LightDirection,
         opacities: NDArray[np.float32],
-        crop: CropBox | None = None,
+        part: ShownPart = WHOLE_PART,
         dim: float = 1.0,
     ) -> LightGrid:
         """Compute the light for a view, a light direction and the opacity TF's 256 samples.
 
-        What a crop box leaves out casts no shadow; for `dim` see
+        What is not shown casts no shadow; for `dim` see
         :class:`model.rendering.raycast.shading.Light`.
         """
-        received = self._received(view, light, opacities, crop)
+        received = self._received(view, light, opacities, part)
         # Light above 1 would exceed the colour range.
         return self._as_grid(np.minimum(received, 1).reshape(-1), dim)
 
@@ -153,15 +154,15 @@ class Illumination:
         light: LightDirection,
         opacities: NDArray[np.float32],
         edits: NDArray[np.float32],
-        crop: CropBox | None = None,
+        part: ShownPart = WHOLE_PART,
     ) -> LightGrid:
         """Compute the change of the light at each node per unit of edits of the opacity TF."""
-        is_below = self._received(view, light, opacities, crop) < 1
+        is_below = self._received(view, light, opacities, part) < 1
         slopes = np.zeros((TF_SAMPLES + 1, len(edits)), dtype=np.float32)
         slopes[:TF_SAMPLES] = (edits * self._extinction_slopes(opacities)).T
         moved = self._averages(slopes)
-        if self._crop is not None:
-            moved *= self._shares(self._crop)
+        if not self._part.is_whole:
+            moved *= self._shares(self._part)
         changes = np.zeros_like(moved)
         for share, direction in self._lights(view, light):
             sweep = self._course(direction)
@@ -190,10 +191,10 @@ class Illumination:
         light: LightDirection,
         opacities: NDArray[np.float32],
         by_light: NDArray[np.floating],
-        crop: CropBox | None = None,
+        part: ShownPart = WHOLE_PART,
     ) -> NDArray[np.float64]:
         """Turn a derivative by the light at each node into one by the opacity TF."""
-        is_below = self._received(view, light, opacities, crop) < 1
+        is_below = self._received(view, light, opacities, part) < 1
         back = np.where(is_below, by_light, 0).astype(np.float32)
 
         def follow(share: float, direction: NDArray[np.float64]) -> NDArray[np.float32]:
@@ -208,8 +209,8 @@ class Illumination:
         by_extinction = np.sum(
             list(self._executor.map(follow, *zip(*self._lights(view, light), strict=True))), axis=0
         )
-        if self._crop is not None:
-            by_extinction *= self._shares(self._crop)
+        if not self._part.is_whole:
+            by_extinction *= self._shares(self._part)
 
         def gather(layer: int) -> NDArray[np.float64]:
             table = np.zeros(TF_SAMPLES + 1)
@@ -229,11 +230,11 @@ class Illumination:
         view: View,
         light: LightDirection,
         opacities: NDArray[np.float32],
-        crop: CropBox | None,
+        part: ShownPart,
     ) -> NDArray[np.float32]:
         """Light at each node, which may be above 1."""
-        scene = opacities.tobytes(), crop
-        self._crop, known = crop, self._lit.pop(scene, None)
+        scene = opacities.tobytes(), part
+        self._part, known = part, self._lit.pop(scene, None)
         if known is None:
             self._extinction = self._mean_extinction(opacities)
             ambient = np.mean(list(self._executor.map(self._sweep, AROUND)), axis=0)
@@ -262,7 +263,7 @@ class Illumination:
         table = np.zeros((TF_SAMPLES + 1, 1), dtype=np.float32)
         table[:TF_SAMPLES, 0] = -np.log1p(-opacity) / self._volume.voxel_size
         (extinction,) = self._averages(table)
-        return extinction if self._crop is None else extinction * self._shares(self._crop)
+        return extinction if self._part.is_whole else extinction * self._shares(self._part)
 
     def _averages(self, tables: NDArray[np.float32]) -> NDArray[np.float32]:
         """Means (m, nz, ny, nx) of tables (257, m) over the voxels around each node."""
@@ -274,19 +275,33 @@ class Illumination:
         list(self._executor.map(average, range(len(self._levels))))
         return means
 
-    def _shares(self, crop: CropBox) -> NDArray[np.float32]:
-        """Share of the space around each node that lies in a crop box."""
-        along = []
-        for low, high, count in zip(crop.low, crop.high, self._counts, strict=True):
+    def _shares(self, part: ShownPart) -> NDArray[np.float32]:
+        """Share of the space around each node that is shown."""
+        along, middles, sides = [], [], []
+        for low, high, count in zip(part.crop.low, part.crop.high, self._counts, strict=True):
             places = np.arange(count)
-            before = np.maximum(places - 0.5, low * (count - 1))
-            behind = np.minimum(places + 0.5, high * (count - 1))
-            inside = np.clip(behind - before, 0, 1)
             # Half of the space around the outermost nodes lies outside the volume.
-            inside[[0, -1]] = np.minimum(2 * inside[[0, -1]], 1)
-            along.append(inside.astype(np.float32))
+            begin, end = np.maximum(places - 0.5, 0), np.minimum(places + 0.5, count - 1)
+            inside = np.minimum(end, high * (count - 1)) - np.maximum(begin, low * (count - 1))
+            along.append(np.maximum(inside, 0) / (end - begin))
+            middles.append((begin + end) / 2 / (count - 1))
+            sides.append((end - begin) / (count - 1))
         x, y, z = along
-        return np.asarray(z[:, None, None] * y[:, None] * x, dtype=np.float32)
+        shares = z[:, None, None] * y[:, None] * x
+        if part.clip is not None:
+            # Across the cell's steepest axis exactly, in the middle of thirds along the others.
+            turns = 2 * np.array(part.clip.normal) * self._volume.proportions
+            depth, widths = np.array(part.clip.offset), list[NDArray[np.float64]]()
+            for axis, shape in enumerate(((1, 1, -1), (1, -1, 1), (-1, 1, 1))):
+                depth = depth - turns[axis] * (middles[axis] - 0.5).reshape(shape)
+                widths.append(abs(turns[axis]) * sides[axis].reshape(shape))
+            one, other, steepest = sorted(widths, key=np.max)
+            parts = [
+                np.clip((depth + i * one + j * other) / steepest + 0.5, 0, 1)
+                for i, j in itertools.product((-1 / 3, 0, 1 / 3), repeat=2)
+            ]
+            shares = shares * np.mean(parts, axis=0)
+        return np.asarray(shares, dtype=np.float32)
 
     def _sweep(self, direction: NDArray[np.float64]) -> NDArray[np.float32]:
         """Fraction of a distant light that reaches each grid node."""
@@ -347,13 +362,13 @@ class SceneLight:
         if self._lighting == "direct":
             noise = LABEL_NOISE if inputs.is_nearest(self._volume) else self._noise
             gradient = gradient_light(
-                inputs.view, light, self._volume, inputs.crop, noise, classification.brightest
+                inputs.view, light, self._volume, inputs.part, noise, classification.brightest
             )
         if self.grid is not None:
-            soft = self.grid.grid(*self.soft_inputs(inputs), inputs.crop, classification.brightest)
+            soft = self.grid.grid(*self.soft_inputs(inputs), inputs.part, classification.brightest)
         return Lit(gradient, soft)
 
     def soft_inputs(self, inputs: SceneInputs) -> tuple[View, LightDirection, NDArray[np.float32]]:
-        """Return what soft light depends on apart from the crop box: view, light and opacities."""
+        """Return what soft light depends on but the shown part: view, light and opacities."""
         opacities = inputs.opacity_tf.sample(self._volume.scalar_range)
         return inputs.view, inputs.light or self._default, opacities

@@ -16,42 +16,46 @@ from numpy.typing import NDArray
 
 from model.compilation import inlined
 from model.rendering.raster import Raster
-from model.scene.crop import CropBox
+from model.scene.clip_plane import WHOLE_PART, ShownPart
 from model.scene.view import View
 from model.scene.volume import Volume
 
 
 def camera_array(
-    view: View, volume: Volume, raster: Raster | None = None, crop: CropBox | None = None
+    view: View, volume: Volume, raster: Raster | None = None, part: ShownPart = WHOLE_PART
 ) -> NDArray[np.float64]:
-    """Return the camera (24,) of a view and the pixels to draw, for :func:`make_ray`.
+    """Return the camera (34,) of a view and the pixels to draw, for :func:`make_ray`.
 
     In voxels, with voxel (0, 0, 0) at the origin: the eye (3), the forward direction (3), and the
     offsets to the right (3) and upper (3) edge of a square image. Then the near plane's distance in
     world units, and the square of the tangent of half the view angle. Then offset and scale of the
-    pixels' places to the right (2) and upwards (2), and the least (3) and greatest (3) corner of
-    what is shown.
+    pixels' places to the right (2) and upwards (2), the least (3) and greatest (3) corner of what
+    is shown, and its clipping plane (4). Last the eye's own offsets (3 + 3) to these edges.
+
+    In perspective, directions change from pixel to pixel; in orthographic views, eyes do.
     """
     right, up, back = view.basis()
     spacing = np.array(volume.spacing)
-    distance = view.camera_distance(volume.radius)
     # From the first voxel, not from the origin, which may be far away.
-    eye = np.array(volume.extent) / 2 + distance * back
+    eye = np.array(volume.extent) / 2 + view.eye_distance(volume.radius) * back
+    angle, shift = view.tangent, 0.0
+    if view.is_orthographic:
+        angle, shift = 0.0, view.tangent * view.camera_distance(volume.radius)
     raster = raster or Raster(1, 1)
     # The kernels count both columns and rows in halves of the raster's width, from its upper edge.
     (x, y), (half_width, half_height) = raster.center, raster.half_size
-    crop = crop or CropBox()
-    last = np.array(volume.dimensions) - 1
     return np.concatenate(
         [
             eye / spacing,
             -back / spacing,
-            view.tangent * right / spacing,
-            view.tangent * up / spacing,
-            [view.near_distance(volume.radius), view.tangent**2],
+            angle * right / spacing,
+            angle * up / spacing,
+            [view.near_distance(volume.radius), angle**2],
             [x - view.pan_x, half_width, y + half_height - half_width - view.pan_y, half_width],
-            np.array(crop.low) * last,
-            np.array(crop.high) * last,
+            part.corners(volume).ravel(),
+            part.plane(volume),
+            shift * right / spacing,
+            shift * up / spacing,
         ]
     )
 
@@ -101,19 +105,25 @@ def make_ray(camera: Any, step: float, column: int, row: int, size: int) -> Any:
     dx = (camera[3] + x * camera[6] + y * camera[9]) * unit
     dy = (camera[4] + x * camera[7] + y * camera[10]) * unit
     dz = (camera[5] + x * camera[8] + y * camera[11]) * unit
+    ex = camera[0] + x * camera[28] + y * camera[31]
+    ey = camera[1] + x * camera[29] + y * camera[32]
+    ez = camera[2] + x * camera[30] + y * camera[33]
     near, far = camera[12] / unit, np.inf
-    near, far = _clip(camera[0], dx, camera[18], camera[21], near, far)
-    near, far = _clip(camera[1], dy, camera[19], camera[22], near, far)
-    near, far = _clip(camera[2], dz, camera[20], camera[23], near, far)
+    near, far = _clip(ex, dx, camera[18], camera[21], near, far)
+    near, far = _clip(ey, dy, camera[19], camera[22], near, far)
+    near, far = _clip(ez, dz, camera[20], camera[23], near, far)
+    across = camera[24] * ex + camera[25] * ey + camera[26] * ez
+    along = camera[24] * dx + camera[25] * dy + camera[26] * dz
+    near, far = _clip(across, along, -np.inf, camera[27], near, far)
     steps = (far - near) / step if far > near else 0.0
     count = math.ceil(steps)
     first = near + step
     sx, sy, sz = step_along(dx * step), step_along(dy * step), step_along(dz * step)
     ray = Ray(
         (
-            np.float32(camera[0] + first * dx),
-            np.float32(camera[1] + first * dy),
-            np.float32(camera[2] + first * dz),
+            np.float32(ex + first * dx),
+            np.float32(ey + first * dy),
+            np.float32(ez + first * dz),
         ),
         (sx, sy, sz),
         (inverse_step(sx), inverse_step(sy), inverse_step(sz)),

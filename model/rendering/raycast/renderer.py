@@ -186,7 +186,7 @@ class RaycastRenderer:
         gradient = gradients.sum(axis=0)
         light = self._lit(inputs)
         if light.grid is not None:
-            gradient += light.grid.pass_back(*light.soft_inputs(inputs), by_light, inputs.crop)
+            gradient += light.grid.pass_back(*light.soft_inputs(inputs), by_light, inputs.part)
         return gradient, float(energies.sum())
 
     def _differentiated(
@@ -241,7 +241,7 @@ class RaycastRenderer:
             padded[: len(edits)] = edits
             is_fine = Raster.of(size).shorter >= FINE_FROM
             grid = light.grid if is_fine else light.coarse_grid()
-            turns = grid.changes(*light.soft_inputs(inputs), padded, inputs.crop)
+            turns = grid.changes(*light.soft_inputs(inputs), padded, inputs.part)
         run: Any = differentiate_windows
 
         def add(part: slice, squares: NDArray[np.float64]) -> None:
@@ -269,7 +269,7 @@ class RaycastRenderer:
         lit = light.of(inputs, classified)
         if light.grid is not None:
             edits = np.asarray(edit, dtype=np.float32)[None]
-            turn = light.grid.changes(*light.soft_inputs(inputs), edits, inputs.crop)
+            turn = light.grid.changes(*light.soft_inputs(inputs), edits, inputs.part)
             turn = turn._replace(grid=turn.grid.reshape(-1))
         arguments = (
             self._medium(
@@ -369,7 +369,7 @@ class RaycastRenderer:
         list(self._executor.map(task, range(0, size, ROWS_PER_TASK)))
 
     def _camera(self, inputs: SceneInputs, raster: Raster) -> NDArray[np.float64]:
-        return camera_array(inputs.view, self._volume, raster, inputs.crop)
+        return camera_array(inputs.view, self._volume, raster, inputs.part)
 
     def _sum(
         self, windows: int, size: int, add: Callable[[slice, NDArray[np.float64]], object]

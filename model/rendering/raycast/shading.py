@@ -27,6 +27,10 @@ class Light(NamedTuple):
     high: Any
     """Tuple of 3 float32: least and greatest corner of what is shown, in voxels: its faces are
     surfaces, too."""
+    plane: Any
+    """Tuple of 4 float32: the clipping plane, another face, in voxels; see
+    :meth:`model.scene.clip_plane.ShownPart.plane`."""
+    normal: Any  # tuple of 3 float32: the clipping plane's normal in world coordinates
     noise: Any
     """Float32: fourth power of the gradient, in differences of voxels, at which its direction
     counts for a half; 0 where every one counts."""
@@ -51,7 +55,11 @@ class LightGrid(NamedTuple):
 
 
 _NOWHERE = (ZERO, ZERO, ZERO)
-NO_LIGHT = Light(_NOWHERE, _NOWHERE, _NOWHERE, ZERO, ZERO, 0, _NOWHERE, _NOWHERE, ZERO, ONE, False)
+_PLANE = (ZERO, ZERO, ZERO, ZERO)
+NO_LIGHT = Light(
+    _NOWHERE, _NOWHERE, _NOWHERE, ZERO, ZERO, 0, _NOWHERE, _NOWHERE, _PLANE, _NOWHERE, ZERO, ONE,
+    False,
+)  # fmt: skip
 NO_GRID = LightGrid(np.empty(0, dtype=np.float32), (0, 0, 0), _NOWHERE, ONE)
 """Given to kernels in place of a light that a scene does not have."""
 
@@ -117,25 +125,36 @@ def reflect(medium: Any, light: Any, ray: Any, k: Any) -> Any:
     bx = min(x - low[0], high[0] - x)
     by = min(y - low[1], high[1] - y)
     bz = min(z - low[2], high[2] - z)
-    if min(bx, min(by, bz)) < ONE:
-        bx, by, bz = nearness(bx), nearness(by), nearness(bz)
+    bn = depth_below(light.plane, x, y, z)
+    if min(min(bx, bn), min(by, bz)) < ONE:
+        bx, by, bz, bn = nearness(bx), nearness(by), nearness(bz), nearness(bn)
+        nx, ny, nz = light.normal
         lx, ly, lz = light.travel
         vx, vy, vz = (
             ray.step[0] * light.spacing[0],
             ray.step[1] * light.spacing[1],
             ray.step[2] * light.spacing[2],
         )
-        total, share = bx + by + bz, max(bx, max(by, bz))
-        flat = (bx * abs(lx) + by * abs(ly) + bz * abs(lz)) * light.diffuse
+        total, share = bx + by + bz + bn, max(max(bx, bn), max(by, bz))
+        across = nx * lx + ny * ly + nz * lz
+        flat = (bx * abs(lx) + by * abs(ly) + bz * abs(lz) + bn * abs(across)) * light.diffuse
         # The light mirrored by a face has its component along the axis, and minus the others.
         passing = lx * vx + ly * vy + lz * vz
         length = vx * vx + vy * vy + vz * vz
         shine = bx * highlight(TWO * lx * vx - passing, length, light.power)
         shine += by * highlight(TWO * ly * vy - passing, length, light.power)
         shine += bz * highlight(TWO * lz * vz - passing, length, light.power)
+        along = TWO * across * (nx * vx + ny * vy + nz * vz) - passing
+        shine += bn * highlight(along, length, light.power)
         diffuse += share * (flat / total - diffuse)
         gloss += share * (light.specular * shine / total - gloss)
     return diffuse, gloss
+
+
+@inlined
+def depth_below(plane: Any, x: Any, y: Any, z: Any) -> Any:
+    """Return how many voxels a place is behind a clipping plane, on the side that is shown."""
+    return plane[3] - (plane[0] * x + plane[1] * y + plane[2] * z)
 
 
 @inlined

@@ -7,6 +7,7 @@ from drawing import MODES, RAINBOW
 from model.compilation import compiled
 from model.rendering.raycast.rays import camera_array, make_ray
 from model.rendering.raycast.renderer import RaycastRenderer
+from model.scene.clip_plane import CUTS_NOTHING
 from model.scene.inputs import SceneInputs
 from model.scene.view import View
 from model.scene.volume import Volume
@@ -21,8 +22,8 @@ def straight_camera(eye, axis, sign, shape):
     """A camera in voxels whose only pixel looks along an axis; the near plane at 0."""
     forward, right, up = np.zeros((3, 3))
     forward[axis], right[axis - 1], up[axis - 2] = sign, 0.25, 0.25
-    everything = [0.0, 1.0, 0.0, 1.0, 0.0, 0.0, 0.0, *(np.array(shape) - 1)]
-    return np.concatenate([eye, forward, right, up, [0.0, 0.25**2], everything])
+    everything = [0.0, 1.0, 0.0, 1.0, 0.0, 0.0, 0.0, *(np.array(shape) - 1), *CUTS_NOTHING]
+    return np.concatenate([eye, forward, right, up, [0.0, 0.25**2], everything, np.zeros(6)])
 
 
 @pytest.fixture(scope="module")

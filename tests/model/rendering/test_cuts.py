@@ -1,0 +1,152 @@
+"""A clipping plane at any angle, and orthographic views: by each renderer, in each light."""
+
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+import pytest
+from drawing import MODES, RAINBOW, RANGE, drawn, rms
+
+from model.rendering.path_tracing.renderer import PathTracer
+from model.rendering.raster import Raster
+from model.rendering.ray_places import places_along
+from model.rendering.raycast.renderer import RaycastRenderer
+from model.rendering.renderer import open_renderer
+from model.rendering.scale_bar import Scale
+from model.scene.clip_plane import ClipPlane
+from model.scene.crop import CropBox
+from model.scene.inputs import SceneInputs, outside_range
+from model.scene.scene import LightDirection, Scene
+from model.scene.transfer_function import OpacityTF
+from model.scene.view import Projection, View
+from model.scene.volume import Volume
+from tests import reference_light
+
+SPACING = (1.0, 1.5, 0.7)
+LIGHT = LightDirection(-30.0, 30.0)
+SOLID = OpacityTF(RANGE, points=((0.0, 0.0), (80.0, 0.0), (120.0, 0.9), (255.0, 0.9)))
+PERSPECTIVE = View(35.0, 25.0, 7.0, 0.6, 0.1, -0.05)
+NEAR = replace(PERSPECTIVE, distance=0.3, is_orthographic=True)  # its eye would be in the volume
+OBLIQUE = ClipPlane((-0.3, -1.0, 0.6), 0.1)
+RASTER = Raster(40, 28, 3, 5, 30, 20)
+
+
+def noisy(shape=(22, 20, 24)):
+    z, y, x = np.meshgrid(*[np.linspace(0, 1, n) for n in shape], indexing="ij")
+    field = 90 + 70 * np.sin(5 * x + 3 * z) * np.cos(4 * y) + 40 * z
+    return Volume(np.clip(field, 0, 255).astype(np.uint8), SPACING).over(RANGE)
+
+
+def scene(view=PERSPECTIVE, tf=MODES, **others):
+    return SceneInputs(view, tf, RAINBOW, LIGHT, **others)
+
+
+@pytest.mark.parametrize("lighting", ["none", "direct", "soft"])
+@pytest.mark.parametrize(("view", "clip"), [(PERSPECTIVE, OBLIQUE), (NEAR, None), (NEAR, OBLIQUE)])
+def test_the_ray_caster_draws_what_the_slow_one_draws(view, clip, lighting):
+    volume = noisy()
+    for tf in (MODES, SOLID):
+        inputs = scene(view, tf, clip=clip)
+        found = drawn(RaycastRenderer, volume, inputs, RASTER, lighting)
+        expected = reference_light.picture(volume, inputs, RASTER, 0.5, lighting)
+        assert expected[..., 3].max() > 0.3
+        # Where a plane cuts the cells of soft light's grid, shares are no exact volumes.
+        tolerance = 0.01 if lighting == "soft" and clip is not None else 4e-3
+        np.testing.assert_allclose(found, expected, atol=tolerance)
+
+
+@pytest.mark.parametrize("lighting", ["none", "direct"])
+@pytest.mark.parametrize(("view", "clip"), [(PERSPECTIVE, OBLIQUE), (NEAR, None), (NEAR, OBLIQUE)])
+@pytest.mark.parametrize("raster", [Raster(64, 64), Raster(48, 80, 0, 20, 48, 40)])
+def test_vtk_draws_the_same(view, clip, lighting, raster):
+    volume = noisy()
+    for tf in (MODES, SOLID):
+        ours, vtk = (
+            drawn(
+                partial(open_renderer, name), volume, scene(view, tf, clip=clip), raster, lighting
+            )
+            for name in ("raycast", "vtk")
+        )
+        assert rms(ours - vtk) < 0.006
+        assert np.abs(ours - vtk).max() < 0.15
+
+
+def face(axis, sign, place, volume):
+    """A plane parallel to a face, at a fraction of the volume's length."""
+    normal = sign * np.eye(3)[axis]
+    return ClipPlane.through(np.full(3, place), normal, volume.proportions)
+
+
+@pytest.mark.parametrize("axis", [0, 1, 2])
+@pytest.mark.parametrize("side", [0, 1])
+def test_a_plane_along_a_face_is_the_crop_boxs(axis, side):
+    volume, place = noisy(), 0.37
+    crop = CropBox().with_plane(axis, side, place)
+    clip = face(axis, 1 if side else -1, place, volume)
+    for view in (PERSPECTIVE, NEAR):
+        cropped, clipped = scene(view, SOLID, crop=crop), scene(view, SOLID, clip=clip)
+        for name, lightings in (("raycast", ("none", "direct", "soft")), ("vtk", ("direct",))):
+            for lighting in lightings:
+                one, other = (
+                    drawn(partial(open_renderer, name), volume, inputs, 32, lighting)
+                    for inputs in (cropped, clipped)
+                )
+                np.testing.assert_allclose(one, other, atol=2e-3 if name == "raycast" else 0.02)
+        one, other = (places_along(volume, each, (0.1, 0.2)) for each in (cropped, clipped))
+        for mine, theirs in zip(one, other, strict=True):
+            np.testing.assert_allclose(mine, theirs, atol=1e-9)
+
+
+@pytest.mark.parametrize("view", [PERSPECTIVE, NEAR])
+def test_path_traced_light_takes_the_plane_as_a_face(view):
+    volume = noisy()
+    inputs = scene(view, SOLID, clip=face(1, -1, 0.4, volume))
+    tracer = PathTracer(volume)
+    one, other = (
+        tracer.render(each, 24, samples=16)
+        for each in (inputs, scene(view, SOLID, crop=CropBox((0.0, 0.4, 0.0))))
+    )
+    caster = drawn(RaycastRenderer, volume, inputs, 24)
+    tracer.close()
+    np.testing.assert_allclose(one[..., 3], caster[..., 3], atol=1 / 500)
+    # The same random numbers meet the same faces, but for rounding.
+    assert np.median(np.abs(one - other)) < 1e-5
+    assert rms(one - other) < 0.02
+
+
+def test_places_in_an_orthographic_view_are_those_of_the_central_plane():
+    volume = noisy()
+    rng = np.random.default_rng(3)
+    points = rng.random((50, 3))
+    back = NEAR.basis()[2]
+    # Onto the plane through the centre, along the line of sight.
+    depth = (points - 0.5) * volume.proportions @ back
+    flat = points - depth[:, None] * back / np.array(volume.proportions)
+    far = replace(PERSPECTIVE, distance=0.9)
+    orthographic = Projection(replace(far, is_orthographic=True), volume.proportions)
+    expected = Projection(far, volume.proportions).places(flat)
+    np.testing.assert_allclose(orthographic.places(points), expected, atol=1e-12)
+    away = orthographic.distances(points)
+    np.testing.assert_allclose(orthographic.points(expected, away), points, atol=1e-12)
+    # Halfway in the image is halfway on a line.
+    start, end = points[:2]
+    middle = orthographic.places((start + end)[None] / 2)[0]
+    assert orthographic.nearest_on((middle[0], middle[1]), start, end) == pytest.approx(0.5)
+    near, whole = (Scale.of(volume).span(view) for view in (far, orthographic.view))
+    assert near == pytest.approx(whole)
+
+
+def test_depth_is_along_parallel_rays():
+    volume = noisy()
+    solid = OpacityTF(RANGE, points=((0.0, 1.0), (255.0, 1.0)))
+    view = View(0.0, 0.0, 0.0, 0.5, is_orthographic=True)
+    image, depth = RaycastRenderer(volume).frame(scene(view, solid), 16)
+    middle = image[..., 3] > 0.99
+    # The front face is flat, and half the volume's length in front of the centre.
+    expected = 2 * volume.radius - volume.extent[1] / 2 + 0.5 * volume.voxel_size
+    np.testing.assert_allclose(depth[middle], expected, rtol=1e-5)
+
+
+def test_models_know_neither():
+    said = outside_range(scene(NEAR, clip=OBLIQUE), Scene.of(noisy(), 16))
+    assert "an orthographic view" in said and "a clipping plane" in said
