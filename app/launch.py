@@ -118,6 +118,9 @@ def _show_as_asked(window: MainWindow, start: WindowStart) -> None:
         state.set_view(start.view)
     if start.crop is not None:
         state.crop_input.set(start.crop)
+    if start.clip is not None:
+        state.clip_input.set(start.clip)
+    if start.crop is not None or start.clip is not None:
         window.crop_card.set_shown(True)
     if start.light is not None and state.light is not None:
         state.start_light(start.light)

@@ -29,6 +29,7 @@ from model.errors import TfscopeError
 from model.generator.catalog import volume_for
 from model.networks.card import MODEL_FILE
 from model.networks.names import DeviceChoice
+from model.scene.clip_plane import ClipPlane
 from model.scene.crop import CropBox
 from model.scene.ranges import RangeChoice
 from model.scene.scene import LightDirection, Lighting, RendererName
@@ -133,6 +134,7 @@ class Window:
         "graphics card draws, else VTK. (default: as last time)",
     )
     crop: CropBox | None = options.crop()
+    clip: ClipPlane | None = options.clip()
     device: DeviceChoice = options.device()
     screenshot: Path | None = options.output(
         "Open the window off screen, save its picture and exit.",

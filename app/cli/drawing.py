@@ -97,6 +97,8 @@ class Drawer:
         if self.inputs.mask is not None:
             shown = np.count_nonzero(self.inputs.mask.shown)
             facts["Mask"] = f"{shown} of {math.prod(self.inputs.mask.shape)} voxels are shown"
+        if self.inputs.clip is not None:
+            facts["Clipping plane"] = ",".join(f"{n:.6g}" for n in self.inputs.clip.numbers())
         return facts
 
 

@@ -14,6 +14,7 @@ import typer
 from app.cli import values
 from app.cli.outputs import check_output_folder
 from model.networks.card import read_header
+from model.scene.clip_plane import ClipPlane
 from model.scene.crop import CropBox
 from model.scene.ranges import RangeChoice
 from model.scene.scene import LightDirection
@@ -97,6 +98,14 @@ crop = partial(
     "0,1,0,1,0,1)",
     metavar="X0,X1,Y0,Y1,Z0,Z1",
     parser=CropBox.parse,
+)
+clip = partial(
+    option,
+    default=None,
+    help="Cut away what lies beyond a plane, where a direction along the axes points to; the "
+    "offset from the centre is in halves of the volume's diagonal. (default: no plane)",
+    metavar="X,Y,Z[,OFFSET]",
+    parser=ClipPlane.parse,
 )
 tf = partial(
     option,

@@ -11,6 +11,7 @@ from app.cli.options import option
 from model.errors import RenderError
 from model.networks.names import DeviceChoice
 from model.rendering.raster import Raster
+from model.scene.clip_plane import ClipPlane
 from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs
 from model.scene.scene import LightDirection, Lighting, RendererName
@@ -63,6 +64,7 @@ class Render:
         "other than 0 are drawn.",
         metavar="MASK",
     )
+    clip: ClipPlane | None = options.clip()
     samples: int | None = option(
         None,
         "Samples per pixel in path-traced light: four times as many halve the noise. (default: 64; "
@@ -142,11 +144,11 @@ class Render:
         from model.volume_files.masks import read_mask
 
         view = self.view or values.HOME_VIEW
-        others = {"light": self.light, "crop": self.crop, "interpolates": self.interpolate}
+        others = {"light": self.light, "crop": self.crop, "clip": self.clip}
         mask = None
         if self.mask is not None and volume is not None:
             mask = read_mask(self.mask, volume)
-        return SceneInputs.of(view, tf, mask=mask, **others)
+        return SceneInputs.of(view, tf, mask=mask, interpolates=self.interpolate, **others)
 
     def _of_session(self, path: Path) -> Render:
         """Fill in what was left out from a session: volume, view, TF, light, crop, mask, legend."""
@@ -179,6 +181,7 @@ class Render:
             light=self.light or (memory.light if is_lit else None),
             crop=self.crop or memory.crop,
             mask=self.mask or kept_mask(path, memory),
+            clip=self.clip or memory.clip,
             interpolate=memory.interpolates if self.interpolate is None else self.interpolate,
             brightness=self.brightness or memory.brightness,
             draw_missing=self.draw_missing or memory.draws_missing,

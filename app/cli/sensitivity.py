@@ -14,6 +14,7 @@ from app.cli import options
 from app.cli.options import option
 from model.errors import RenderError
 from model.networks.names import DeviceChoice
+from model.scene.clip_plane import ClipPlane
 from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs
 from model.scene.region import Region
@@ -80,6 +81,7 @@ class Sensitivity:
         parser=Region.parse,
     )
     crop: CropBox | None = options.crop()
+    clip: ClipPlane | None = options.clip()
     interpolate: bool | None = options.interpolate(
         help="Whether there are values between voxels. (default: unless the file says that they "
         "are labels)"
@@ -176,7 +178,8 @@ def _question(asked: Sensitivity, volume: Volume, tf: TransferFunction) -> _Ques
     if asked.value is not None:
         kind = "value"
         edit = edit_around(place_of(asked.value, volume.scale), volume.scalar_range, width)
-    inputs = SceneInputs.of(asked.view, tf, crop=asked.crop, interpolates=asked.interpolate)
+    others = {"crop": asked.crop, "clip": asked.clip, "interpolates": asked.interpolate}
+    inputs = SceneInputs.of(asked.view, tf, **others)
     return _Question(kind, inputs, edit, width)
 
 
@@ -309,4 +312,4 @@ def _caption(asked: Sensitivity, volume: Volume, answer: _Answer) -> str:
     ]
     if asked.engine == "blockwise" and asked.value is not None:
         facts.append(f"r = {-(-size // (asked.block or _block(size)))} blocks along each side")
-    return ", ".join(facts) + (", cropped" if asked.crop is not None else "")
+    return ", ".join(facts) + (", cropped" if asked.crop or asked.clip else "")

@@ -1,10 +1,10 @@
-"""The crop box over an image: its edges, and handles that move its planes."""
+"""Crop box and clipping plane over an image: their edges, and handles that move them."""
 
 from __future__ import annotations
 
 import itertools
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import cast
 
 import numpy as np
@@ -15,6 +15,7 @@ from PySide6.QtGui import QColor, QCursor, QMouseEvent, QPainter, QPen
 from app import theme
 from app.image_view.image_canvas import ImageCanvas
 from app.state.viewer_state import ViewerState
+from model.scene.clip_plane import ClipPlane
 from model.scene.crop import WITHOUT_VOLUME, CropBox, axis_name, least_length, voxel_at
 from model.scene.view import NEAREST_DEPTH, Projection
 
@@ -30,6 +31,9 @@ CURSORS = (
 """For movements to the right, and each turned by 45 degrees counter-clockwise from it."""
 
 LEAST_SINE = 0.17  # of the angle between an axis and the line of sight, to drag its planes
+ARROW = 0.3  # length of the clipping plane's normal, in halves of the image's shorter side
+MOVES, TURNS = (3, 0), (3, 1)  # axis and side of the handles that move and turn the clipping plane
+PLANE_LABELS = {MOVES: "Drag: move the plane", TURNS: "Drag: turn the plane"}
 Place = tuple[float, float]  # right and up from the middle, in halves of the shorter side
 
 DRAGGED_BY = (
@@ -42,7 +46,10 @@ DRAGGED_BY = (
 
 @dataclass(frozen=True)
 class Handle:
-    """A handle at the middle of a face: of the lower plane of an axis, side 0, or of the upper."""
+    """A handle at the middle of a face: of the lower plane of an axis, side 0, or of the upper.
+
+    The clipping plane's are :data:`MOVES` and :data:`TURNS`.
+    """
 
     axis: int
     side: int
@@ -53,15 +60,16 @@ class Handle:
 
 @dataclass(frozen=True)
 class _Edge:
-    """An edge of the box, as far as it is in front of the eye."""
+    """An edge of the box, as far as it is in front of the eye; or one of the clipping plane."""
 
     start: Place
     end: Place
     is_behind: bool
+    color: str = theme.ON_IMAGE.text
 
 
 class CropHandles(QObject):
-    """Shows the crop box over a canvas while it is active, and moves its planes by the mouse."""
+    """Shows crop box and clipping plane over a canvas while active, and moves them by the mouse."""
 
     def __init__(self, canvas: ImageCanvas, state: ViewerState) -> None:
         super().__init__(canvas)
@@ -72,16 +80,25 @@ class CropHandles(QObject):
         self._hovered: tuple[int, int] | None = None
         self._dragged: tuple[int, int] | None = None
         self._offset = QPointF()
+        self._pivot: NDArray[np.float64] | None = None
+        """Point about which the clipping plane was turned last: its handle is next to it."""
+        self._is_front = True
         canvas.setMouseTracking(True)
         canvas.add_decoration(self._paint)
         canvas.installEventFilter(self)
-        for changed in (state.viewChanged, state.crop_input.changed, state.navigationChanged):
+        cuts = state.crop_input.changed, state.clip_input.changed
+        for changed in (state.viewChanged, *cuts, state.navigationChanged):
             changed.connect(self._follow)
 
     @property
     def handles(self) -> list[Handle]:
         """The handles that can be dragged in this view, the nearest one first."""
-        return _handles_of(self._box, self._projection)
+        projection = self._projection
+        found = _handles_of(self._box, projection)
+        if self._state.clip is not None:
+            base = self._base(self._state.clip)
+            found += _plane_handles(self._state.clip, base, projection)
+        return sorted(found, key=lambda handle: handle.depth)
 
     @property
     def label(self) -> str:
@@ -89,6 +106,8 @@ class CropHandles(QObject):
         plane = self._dragged or self._hovered
         if not self._active or plane is None:
             return ""
+        if plane in PLANE_LABELS:
+            return PLANE_LABELS[plane]
         axis, side = plane
         place = (self._box.low, self._box.high)[side][axis]
         end = "last" if side else "first"
@@ -101,7 +120,7 @@ class CropHandles(QObject):
 
     def set_volume(self, dimensions: tuple[int, int, int]) -> None:
         """Set the number of voxels along x, y and z."""
-        self._dimensions = dimensions
+        self._dimensions, self._pivot = dimensions, None
 
     def set_active(self, active: bool) -> None:
         """Show the box and its handles, or leave the image alone."""
@@ -155,6 +174,9 @@ class CropHandles(QObject):
         self._hover(handle)
         self._dragged = handle.axis, handle.side
         self._offset = self.position(handle) - event.position()
+        if self._state.clip is not None:
+            self._pivot = self._base(self._state.clip)
+            self._is_front = float(self._state.view.basis()[2] @ self._state.clip.normal) >= 0
         self._canvas.update()
         return True
 
@@ -172,16 +194,39 @@ class CropHandles(QObject):
         assert self._dragged is not None
         axis, side = self._dragged
         x, y = self._canvas.place_of(position)
-        share = self._projection.nearest_on((2 * x - 1, 1 - 2 * y), *_axis_line(self._box, axis))
+        place = 2 * x - 1, 1 - 2 * y
+        if axis == MOVES[0]:
+            self._drag_plane(place)
+            return
+        share = self._projection.nearest_on(place, *_axis_line(self._box, axis))
         if share is not None:
             least = least_length(self._dimensions[axis])
             self._state.crop_input.move(self._box.with_plane(axis, side, share, least))
+
+    def _drag_plane(self, place: Place) -> None:
+        """Move the clipping plane along its normal, or turn it about its handle."""
+        clip, projection = self._state.clip, self._projection
+        if clip is None or self._pivot is None:
+            return
+        if self._dragged == MOVES:
+            share = projection.nearest_on(place, *self._plane_line(clip))
+            if share is not None:
+                self._state.clip_input.move(replace(clip, offset=2 * share - 1))
+            return
+        # As on a ball around the handle, on the side that the normal was on.
+        x, y = (np.array(place) - projection.places(self._pivot[None])[0]) / ARROW
+        length = math.hypot(x, y)
+        z = math.sqrt(max(1 - length**2, 0.0))
+        normal = np.array([x, y, z if self._is_front else -z]) @ self._state.view.basis()
+        plane = ClipPlane.through(self._pivot, normal, self._state.proportions)
+        self._state.clip_input.move(plane)
 
     def _end_drag(self) -> None:
         if self._dragged is not None:
             self._dragged = None
             self._canvas.update()
             self._state.crop_input.finish()
+            self._state.clip_input.finish()
 
     def _look(self, event: QMouseEvent) -> bool:
         """Mark the handle under the mouse, and keep the event from others if there is one."""
@@ -200,10 +245,27 @@ class CropHandles(QObject):
 
     def _cursor(self, handle: Handle) -> Qt.CursorShape:
         """The cursor along the image of the handle's axis."""
-        part = self._projection.seen_part(*_axis_line(self._box, handle.axis))
+        clip = self._state.clip
+        if clip is None or handle.axis != MOVES[0]:
+            line = _axis_line(self._box, handle.axis)
+        elif handle.side == TURNS[1]:
+            return Qt.CursorShape.SizeAllCursor
+        else:
+            line = self._plane_line(clip)
+        part = self._projection.seen_part(*line)
         assert part is not None
         (x0, y0), (x1, y1) = self._projection.places(part)
         return CURSORS[round(math.atan2(y1 - y0, x1 - x0) / (math.pi / 4)) % 4]
+
+    def _base(self, clip: ClipPlane) -> NDArray[np.float64]:
+        """Where the clipping plane's handle is: next to what it was turned about."""
+        pivot = self._state.pivot if self._pivot is None else self._pivot
+        return clip.nearest(pivot, self._state.proportions)
+
+    def _plane_line(self, clip: ClipPlane) -> NDArray[np.float64]:
+        """The line that the clipping plane's handle moves along, (2, 3)."""
+        ends = (replace(clip, offset=offset) for offset in (-1.0, 1.0))
+        return np.array([self._base(end) for end in ends])
 
     def _handle_at(self, position: QPointF) -> Handle | None:
         """The handle under the mouse, the nearer one of two."""
@@ -234,22 +296,29 @@ class CropHandles(QObject):
                 self._paint_label(painter, self.position(handle))
 
     def _paint_edges(self, painter: QPainter) -> None:
-        for edge in _edges_of(self._box, self._projection):
+        edges = _edges_of(self._box, self._projection)
+        if self._state.clip is not None:
+            base = self._base(self._state.clip)
+            edges += _plane_edges(self._state.clip, base, self._box, self._projection)
+        for edge in edges:
             pens = [QPen(QColor(theme.ON_IMAGE.disabled), 1.0, Qt.PenStyle.DashLine)]
             if not edge.is_behind:
                 # A dark line beneath, so that it is seen on bright pictures, too.
                 pens = [
                     QPen(QColor(theme.ON_IMAGE.window), 3.0),
-                    QPen(QColor(theme.ON_IMAGE.text), 1.2),
+                    QPen(QColor(edge.color), 1.2),
                 ]
             for pen in pens:
                 painter.setPen(pen)
                 painter.drawLine(self._on_canvas(edge.start), self._on_canvas(edge.end))
 
     def _paint_handle(self, painter: QPainter, handle: Handle) -> None:
-        fill = QColor(theme.ON_IMAGE.disabled if handle.is_behind else theme.ON_IMAGE.text)
-        if (handle.axis, handle.side) in (self._dragged, self._hovered):
-            fill = QColor(theme.ON_IMAGE.change)
+        marked, usual = theme.ON_IMAGE.change, theme.ON_IMAGE.text
+        if handle.axis == MOVES[0]:
+            marked, usual = usual, marked
+        is_marked = (handle.axis, handle.side) in (self._dragged, self._hovered)
+        plain = theme.ON_IMAGE.disabled if handle.is_behind else usual
+        fill = QColor(marked if is_marked else plain)
         painter.setPen(QPen(QColor(theme.ON_IMAGE.window), 1.5))
         painter.setBrush(fill)
         painter.drawEllipse(self.position(handle), RADIUS, RADIUS)
@@ -280,7 +349,41 @@ def _handles_of(box: CropBox, projection: Projection) -> list[Handle]:
             if depth > NEAREST_DEPTH and _sine(projection, middle, axis) >= LEAST_SINE:
                 place = _place(projection.places(middle[None])[0])
                 found.append(Handle(axis, side, place, depth, not visible[axis][side]))
-    return sorted(found, key=lambda handle: handle.depth)
+    return found
+
+
+def _normal_line(
+    clip: ClipPlane, base: NDArray[np.float64], projection: Projection
+) -> NDArray[np.float64]:
+    """The clipping plane's normal as an arrow, (2, 3): as long in each view."""
+    length = ARROW * float(projection.half_sides(base[None])[0]) / 2
+    return np.stack([base, base + length * np.array(clip.normal) / projection.proportions])
+
+
+def _plane_handles(
+    clip: ClipPlane, base: NDArray[np.float64], projection: Projection
+) -> list[Handle]:
+    line = _normal_line(clip, base, projection)
+    depths, found = projection.depths(line), list[Handle]()
+    sine = math.sqrt(max(0.0, 1 - float(projection.sight(base) @ clip.normal) ** 2))
+    for (axis, side), point, depth in zip((MOVES, TURNS), line, depths, strict=True):
+        # Along the line of sight there is no way to move.
+        if depth > NEAREST_DEPTH and (side or sine >= LEAST_SINE):
+            place = _place(projection.places(point[None])[0])
+            found.append(Handle(axis, side, place, float(depth), False))
+    return found
+
+
+def _plane_edges(
+    clip: ClipPlane, base: NDArray[np.float64], box: CropBox, projection: Projection
+) -> list[_Edge]:
+    """The edges of the clipping plane in the box, and its normal."""
+    corners = clip.outline(box, projection.proportions)
+    lines = [*zip(corners, np.roll(corners, -1, axis=0), strict=True)]
+    lines.append(tuple(_normal_line(clip, base, projection)))
+    parts = [part for line in lines if (part := projection.seen_part(*line)) is not None]
+    ends = (map(_place, projection.places(part)) for part in parts)
+    return [_Edge(start, end, False, theme.ON_IMAGE.change) for start, end in ends]
 
 
 def _edges_of(box: CropBox, projection: Projection) -> list[_Edge]:
@@ -310,14 +413,13 @@ def _axis_line(box: CropBox, axis: int) -> NDArray[np.float64]:
 
 def _visible_faces(box: CropBox, projection: Projection) -> list[tuple[bool, bool]]:
     """Whether the lower and the upper face along each axis is turned to the eye."""
-    sides = zip(projection.eye, box.low, box.high, strict=True)
-    return [(bool(eye < low), bool(eye > high)) for eye, low, high in sides]
+    ways = (projection.sight(np.array(corner)) for corner in (box.low, box.high))
+    return [(bool(low > 0), bool(high < 0)) for low, high in zip(*ways, strict=True)]
 
 
 def _sine(projection: Projection, point: NDArray[np.float64], axis: int) -> float:
     """Sine of the angle between an axis and the line of sight through a point."""
-    sight = (point - projection.eye) * np.array(projection.proportions)
-    return math.sqrt(max(0.0, 1.0 - float(sight[axis]) ** 2 / float(sight @ sight)))
+    return math.sqrt(max(0.0, 1.0 - float(projection.sight(point)[axis]) ** 2))
 
 
 def _place(place: NDArray[np.float64]) -> Place:

@@ -190,7 +190,7 @@ class EnginePane(QWidget):
         self.canvas.show_image(self._picture(rgba))
         height, width, _ = rgba.shape
         # Models draw the whole volume, and a hint says so.
-        parts = {"cropped": request.inputs.crop, "masked": request.inputs.mask}
+        parts = {"cropped": not request.inputs.part.is_whole, "masked": request.inputs.mask}
         shown = [name for name, part in parts.items() if part and self.engine == "exact"]
         facts = [*shown, by, f"{width} × {height}", f"{1000 * result.seconds:.0f} ms"]
         self.detail = "   ".join(fact for fact in facts if fact)

@@ -30,7 +30,8 @@ from model.scene.view import AXES, View, axis_direction
 SIZE = 64
 PLACE = 6  # distance in pixels to the parent's corner
 HALF_EDGE = 17.0
-EYE = 6.0  # distance of the eye that sees the cube, in halves of its edge
+EYE, FAR = 6.0, 1e4
+"""Distance of the eye that sees the cube, in halves of its edge; and in orthographic views."""
 RIM = 1.5  # pixels around the cube that belong to its shape, so that its edges are smooth
 CLICK_REACH = 4.0  # largest movement of a click, in pixels
 LIGHT = np.array([-0.35, 0.55, 0.76])  # to the upper left, in the image's right, up and back
@@ -219,24 +220,25 @@ class OrientationCube(QWidget):
 def _visible(axes: dict[str, str], labels: dict[str, str], state: ViewerState) -> list[_Face]:
     """Faces that are seen in the state's view, each upright in its own standard view."""
     basis = state.view.basis()
+    eye = FAR if state.view.is_orthographic else EYE
     # Rows are the standard views' right, up and back, in the volume's axes.
     frame = np.stack([axis_direction(axes[name]) for name in ("Right", "Back", "Top")])
     found = []
     for name, angles in STANDARD_VIEWS.items():
         right, up, normal = View(*angles).basis() @ frame @ basis.T
         # In perspective, a face is seen from in front of its plane.
-        if EYE * normal[2] <= 1.0:
+        if eye * normal[2] <= 1.0:
             continue
         corners = [normal - right + up, normal + right + up, normal + right - up]
         corners.append(normal - right - up)
-        polygon = QPolygonF([_project(corner) for corner in corners])
+        polygon = QPolygonF([_project(corner, eye) for corner in corners])
         found.append(_Face(name, labels[axes[name]], polygon, normal))
     return found
 
 
-def _project(point: NDArray[np.float64]) -> QPointF:
+def _project(point: NDArray[np.float64], eye: float) -> QPointF:
     """Pixel of a point of the cube, given to the right, up and towards the eye."""
-    scale = HALF_EDGE * EYE / (EYE - point[2])
+    scale = HALF_EDGE * eye / (eye - point[2])
     return QPointF(SIZE / 2 + scale * point[0], SIZE / 2 - scale * point[1])
 
 

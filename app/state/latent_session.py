@@ -400,4 +400,4 @@ def _overview(
 
 def _seen_by(inputs: SceneInputs) -> tuple[object, ...]:
     """Return the inputs that an overview depends on."""
-    return inputs.view, inputs.crop, inputs.mask, inputs.color_tf
+    return inputs.view, inputs.part, inputs.mask, inputs.color_tf

@@ -10,6 +10,7 @@ from msgspec import Meta
 from app.engines.engines import Drawing
 from app.engines.exactness import USUAL, Stop
 from app.state.sensitivity_state import NamedRegion
+from model.scene.clip_plane import ClipPlane
 from model.scene.crop import CropBox
 from model.scene.scene import LightDirection, Lighting
 from model.scene.transfer_function import Range, TransferFunction
@@ -118,6 +119,7 @@ class VolumeMemory:
     light_seconds: dict[Lighting, float] = field(default_factory=dict)
     """Seconds of an image in lights on this machine, by which one is chosen automatically."""
     crop: CropBox | None = None
+    clip: ClipPlane | None = None
     interpolates: bool | None = None  # whether there are values between voxels
     draws_missing: bool = False
     mask: str = ""  # name of the mask's file, next to that of the memory or session; "" without one

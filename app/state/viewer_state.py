@@ -16,6 +16,7 @@ from app.state.brightness import Brightness
 from app.state.edited_tf import EditedTF, PaneName
 from app.state.edits import EditedInput, EditHistory
 from app.state.view_navigation import HOME_VIEW, ViewNavigation
+from model.scene.clip_plane import ClipPlane
 from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs
 from model.scene.mask import Mask
@@ -85,6 +86,9 @@ class ViewerState(ViewNavigation):
         self.tf_input = EditedTF(EMPTY_TF, self.edits, self)
         self.light_input = _EditedLight(None, "move light", self.edits, self)
         self.crop_input = _EditedCrop(None, "crop", self.edits, self)
+        self.clip_input: EditedInput[ClipPlane | None] = EditedInput(
+            None, "clipping plane", self.edits, self
+        )
         self.interpolation_input: EditedInput[bool | None] = EditedInput(
             None, "interpolation", self.edits, self
         )
@@ -92,6 +96,7 @@ class ViewerState(ViewNavigation):
         self.edited: dict[str, EditedInput[Any]] = {
             "light": self.light_input,
             "crop": self.crop_input,
+            "clip": self.clip_input,
             "interpolates": self.interpolation_input,
             "mask": self.mask_input,
         }
@@ -120,6 +125,30 @@ class ViewerState(ViewNavigation):
     def crop(self) -> CropBox | None:
         """Part of the volume that is shown; None for all of it."""
         return self.crop_input.value
+
+    @property
+    def clip(self) -> ClipPlane | None:
+        """Plane beyond which the volume is cut away; None for none."""
+        return self.clip_input.value
+
+    def face_clip(self) -> None:
+        """Turn the clipping plane to the viewer; a new one cuts through the middle."""
+        point, proportions = self.pivot, self.proportions
+        if self.clip is not None:
+            point = self.clip.nearest(point, proportions)
+        plane = ClipPlane.through(point, self.view.basis()[2], proportions)
+        self.clip_input.set(plane)
+
+    def flip_clip(self) -> None:
+        """Cut away the other side of the clipping plane, if there is one."""
+        if self.clip is not None:
+            self.clip_input.set(self.clip.flipped, "flip the plane")
+
+    def show_whole(self) -> None:
+        """Show all of the volume: one edit."""
+        with self.edits.as_one("whole volume"):
+            self.crop_input.set(None)
+            self.clip_input.set(None)
 
     @property
     def interpolates(self) -> bool:

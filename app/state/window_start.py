@@ -7,6 +7,7 @@ from pathlib import Path
 
 from app.engines.engines import Drawing
 from model.errors import TfscopeError
+from model.scene.clip_plane import ClipPlane
 from model.scene.crop import CropBox
 from model.scene.ranges import RangeChoice
 from model.scene.scene import LightDirection, Lighting
@@ -33,6 +34,7 @@ class WindowStart:
     scalar_range: RangeChoice | None = None
     scale: ValueScale | None = None
     crop: CropBox | None = None
+    clip: ClipPlane | None = None
     size: tuple[int, int] | None = None
     choice: Choice | None = None
     session: Path | None = None

@@ -19,7 +19,7 @@ from PySide6.QtWidgets import (
     QVBoxLayout,
     QWidget,
 )
-from superqt import QDoubleRangeSlider
+from superqt import QDoubleRangeSlider, QDoubleSlider
 
 from app import theme
 from app.controls import Card, WheelGuard, clicked, fill, label, picture_icon, picture_tip
@@ -247,7 +247,18 @@ class CropCard(Card):
             for _ in range(3)
         ]
         self.planes = [(_voxel_box(), _voxel_box()) for _ in range(3)]
-        self.whole = clicked(QPushButton("Whole volume"), lambda: state.crop_input.set(None))
+        self.whole = clicked(QPushButton("Whole volume"), state.show_whole)
+        self.offset = QDoubleSlider(Qt.Orientation.Horizontal)  # type: ignore[no-untyped-call]
+        self.face = clicked(QPushButton("Face the viewer"), state.face_clip)
+        self.flip = clicked(QPushButton("Flip"), state.flip_clip)
+        self.uncut = clicked(QPushButton("Remove"), lambda: state.clip_input.set(None))
+        for button, tip in (
+            (self.face, "Cut by a plane across the line of sight; drag its arrow to turn it"),
+            (self.flip, "Cut away the other side of the plane"),
+            (self.uncut, "Remove the plane; the crop box stays"),
+        ):
+            button.setToolTip(tip)
+            button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self.whole.setToolTip("Show all of the volume again")
         # After a click, keys such as W are the window's again.
         self.whole.setFocusPolicy(Qt.FocusPolicy.TabFocus)
@@ -261,6 +272,7 @@ class CropCard(Card):
         clicked(self.dismiss, lambda: self.set_shown(False))
         self._lay_out()
         state.crop_input.changed.connect(self._show)
+        state.clip_input.changed.connect(self._show)
         state.navigationChanged.connect(self._name)
         self.set_volume(WITHOUT_VOLUME)
         self.hide()
@@ -277,7 +289,7 @@ class CropCard(Card):
             # Otherwise the next number box would have it.
             self.window().setFocus()
         if shown != self.is_shown:
-            for slider in self.sliders:
+            for slider in (*self.sliders, self.offset):
                 # It does not see the mouse's release.
                 slider.setSliderDown(False)
             self.setVisible(shown)
@@ -315,7 +327,18 @@ class CropCard(Card):
             slider.sliderReleased.connect(self._state.crop_input.finish)
             for side, box in enumerate((first, last)):
                 box.valueChanged.connect(partial(self._type, axis, side))
-        fill(QVBoxLayout(self), head, rows, margins=(12, 6, 8, 8), spacing=4)
+        self.offset.setRange(-1.0, 1.0)
+        self.offset.setToolTip("Move the plane along its normal")
+        self.offset.setAccessibleName("Place of the clipping plane along its normal")
+        self.offset.setSingleStep(0.01)
+        self.offset.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+        WheelGuard(self.offset)
+        self.offset.valueChanged.connect(self._move_plane)
+        self.offset.sliderReleased.connect(self._state.clip_input.finish)
+        plane = fill(
+            QHBoxLayout(), QLabel("Plane"), self.offset, self.face, self.flip, self.uncut, spacing=6
+        )
+        fill(QVBoxLayout(self), head, rows, plane, margins=(12, 6, 8, 8), spacing=4)
 
     def _name(self) -> None:
         for axis, count in enumerate(self._dimensions):
@@ -328,8 +351,12 @@ class CropCard(Card):
                 box.setToolTip(f"{meaning}\nVoxels are numbered from 0 to {count - 1}")
 
     def _show(self) -> None:
-        crop = self._state.crop or CropBox()
-        self.whole.setEnabled(self._state.crop is not None)
+        crop, clip = self._state.crop or CropBox(), self._state.clip
+        self.whole.setEnabled(self._state.crop is not None or clip is not None)
+        for widget in (self.offset, self.flip, self.uncut):
+            widget.setEnabled(clip is not None)
+        with QSignalBlocker(self.offset):
+            self.offset.setValue(0.0 if clip is None else clip.offset)
         for axis, count in enumerate(self._dimensions):
             span = crop.low[axis], crop.high[axis]
             with QSignalBlocker(self.sliders[axis]):
@@ -344,6 +371,13 @@ class CropCard(Card):
     def _drag(self, axis: int, span: tuple[float, float]) -> None:
         crop = self._state.crop or CropBox()
         self._state.crop_input.move(crop.with_span(axis, *span))
+
+    def _move_plane(self, offset: float) -> None:
+        if self._state.clip is not None:
+            self._state.clip_input.move(replace(self._state.clip, offset=offset))
+            if not self.offset.isSliderDown():
+                # By a key.
+                self._state.clip_input.finish(merge_key="clipping plane")
 
     def _type(self, axis: int, side: int, voxel: int) -> None:
         crop, count = self._state.crop or CropBox(), self._dimensions[axis]

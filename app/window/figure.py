@@ -30,6 +30,8 @@ from model.rendering.raster import at_size_of
 from model.rendering.scale_bar import Scale, ScaleBar
 from model.scene.inputs import SceneInputs
 from model.scene.transfer_function import TransferFunction
+from model.scene.view import Projection, View
+from model.scene.volume import Triple
 from model.sensitivity.display import LEAST_DIFFERENCE, Measure, color_bar, overlay, scale_of
 
 TEXT_SIZE = 1 / 42  # height of the text relative to the shorter side of the image
@@ -112,6 +114,34 @@ def paint_scale_bar(
     # In the middle of the bar, but not beyond the image's edge where it is short.
     start = max(left + (length - metrics.horizontalAdvance(bar.text)) / 2, rect.left() + 0.4 * text)
     pens.write(QPointF(start, bottom - end - 0.45 * text), bar.text)
+    painter.restore()
+
+
+def paint_line(
+    painter: QPainter,
+    rect: QRect,
+    subject: Subject,
+    view: View,
+    background: Background | None = (0, 0, 0),
+) -> None:
+    """Paint the line that is measured over an image, with its length; or its first end alone."""
+    text, scale = text_size(rect), subject.scale
+    if not text or scale is None or not subject.line:
+        return
+    projection, points = Projection(view, scale.proportions), np.array(subject.line)
+    ends = projection.seen_part(points[0], points[-1])
+    if ends is None:
+        return
+    half, middle = min(rect.width(), rect.height()) / 2, QRectF(rect).center()
+    places = [middle + QPointF(half * x, -half * y) for x, y in projection.places(ends)]
+    pens, path = _pens(painter, text, background), QPainterPath(places[0])
+    path.lineTo(places[-1])
+    for place in places:
+        path.addEllipse(place, 0.25 * text, 0.25 * text)
+    pens.stroke(path)
+    if len(points) > 1:
+        at = (places[0] + places[1]) / 2 + QPointF(0.6 * text, -0.5 * text)
+        pens.write(at, scale.length_text(points[0], points[1]))
     painter.restore()
 
 
@@ -316,6 +346,7 @@ class Subject:
     units: str = ""
     scale: Scale | None = None
     title: str = TITLES["generator"]
+    line: tuple[Triple, ...] = ()  # one or two points that are measured, in fractions
 
 
 def panels(look: FigureLook, which: Which) -> list[QRect]:
@@ -382,6 +413,8 @@ def figure(
     if look.scale_bar and subject.scale is not None:
         bar = subject.scale.bar(inputs.view, inputs.crop)
         paint_scale_bar(painter, rects[0], bar, background)
+    for rect in rects:
+        paint_line(painter, rect, subject, inputs.view, background)
     painter.end()
     return result
 

@@ -22,8 +22,11 @@ Middle drag, or Shift and drag; Ctrl and arrow keys | pan
 Double click, or Home | return to the first view
 Click a face of the cube | look from there; drag it to turn
 Drag a round handle of the crop box (K) | move that plane
+Shift+K | cut by a plane that faces the viewer; drag its arrow to turn it
+O | orthographic view, or perspective
+M, then click two places | measure their distance; Escape removes it
 C, D | both images or one; their difference
-O | show or hide the opacity images
+Shift+O | show or hide the opacity images
 Drag the ball in the top bar, or Ctrl, Shift and drag | move the light
 # Slices (S)
 Wheel, or Page up and down; with Shift | the next slice; ten at once | Wheel | next slice

@@ -175,7 +175,7 @@ class MainWindow(WindowParts):
 
     def _escape(self) -> bool:
         """End what was begun last, or dismiss the newest notice; return False if there is none."""
-        if self.sensitivity.escape():
+        if self.ruler.end() or self.sensitivity.escape() or self.ruler.remove():
             return True
         if self.crop_card.is_shown:
             self.crop_card.set_shown(False)

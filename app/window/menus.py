@@ -37,7 +37,7 @@ RECENT: dict[RecentKind, str] = {
 OVERLAYS: tuple[tuple[Overlay, str, str], ...] = (
     ("legend", "Colour l&egend", "Ctrl+L"),
     ("scale_bar", "&Scale bar", "Ctrl+Shift+L"),
-    ("opacity_images", "Opac&ity images", "O"),
+    ("opacity_images", "Opac&ity images", "Shift+O"),
 )
 
 B_OPENED = "The TF editor edits B now, a click edits the other image, A. C closes B."
@@ -284,6 +284,20 @@ class Menus:
             menu, "&Free rotation", lambda: state.set_trackball(not state.trackball),
             "Ctrl+Shift+T", is_on=lambda: state.trackball,
         )  # fmt: skip
+        self._add(
+            menu, "&Orthographic",
+            lambda: state.set_orthographic(not state.view.is_orthographic),
+            "O", is_on=lambda: state.view.is_orthographic,
+        )  # fmt: skip
+        plane = menu.addMenu("Clipping p&lane")
+        self._add(plane, "&Face the viewer", self._face_clip, "Shift+K")
+        for text, slot in (
+            ("F&lip", state.flip_clip), ("&Remove", partial(state.clip_input.set, None)),
+        ):  # fmt: skip
+            self._add(plane, text, slot)
+        self._add(
+            menu, "&Measure a distance", window.ruler.toggle, "M", is_on=lambda: window.ruler.is_on
+        )
         menu.addSeparator()
         self._add(
             menu, "Compare with &B", self._toggle_b, "A", is_on=lambda: state.tf_input.compares
@@ -356,6 +370,11 @@ class Menus:
                 # In one image there is no place for it.
                 window.top_bar.difference.click()
             window.panes.show_b(True, wipes)
+
+    def _face_clip(self) -> None:
+        """Cut by a plane that faces the viewer, and show how to move it."""
+        self._window.state.face_clip()
+        self._window.crop_card.set_shown(True)
 
     def _add_undo(self, menu: QMenu) -> None:
         edits, keys = self._window.state.edits, QKeySequence.StandardKey

@@ -23,6 +23,7 @@ from app.window.figure import (
     Image,
     Subject,
     paint_legend,
+    paint_line,
     paint_scale_bar,
 )
 from model.scene.inputs import SceneInputs
@@ -118,6 +119,7 @@ class Overlays(QObject):
         if self.has("scale_bar") and subject.scale is not None:
             bar = subject.scale.bar(state.view, state.crop)
             paint_scale_bar(painter, rect, bar, self.background)
+        paint_line(painter, rect, subject, state.view, self.background)
 
 
 TIP = (
@@ -136,8 +138,8 @@ class ImageError(QObject):
     They are the generator's and the ground truth, or B and A. Where it is wanted, the difference of
     each pixel is shown over the generator's image, or over B.
 
-    Where the generator was trained under another light, or only a part of the volume is shown,
-    which models are not trained for, there is nothing to compare.
+    Where the generator was trained under another light, or only a part of the volume is shown, or
+    in an orthographic view, which models are not trained for, there is nothing to compare.
     """
 
     def __init__(self, context: Context) -> None:
@@ -174,8 +176,8 @@ class ImageError(QObject):
         if (inputs, others) != (state.inputs_of(self.pane.name), state.inputs_of("A")):
             return None
         alike = self._workspace.model_lighting == self._workspace.reference.settings.lighting
-        is_part = inputs.crop or inputs.mask
-        if not is_b and (not alike or is_part):
+        is_unknown = not inputs.part.is_whole or inputs.mask or inputs.view.is_orthographic
+        if not is_b and (not alike or is_unknown):
             return None
         return Comparison(drawn, truth, is_signed=is_b)
 

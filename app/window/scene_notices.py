@@ -124,7 +124,7 @@ class SceneNotices(QObject):
         actions = {
             "tf": Action("Default TF", partial(self._reset_tf, pane)),
             "view": Action("Reset view", state.reset_view),
-            "crop": Action("Whole volume", lambda: state.crop_input.set(None)),
+            "crop": Action("Whole volume", state.show_whole),
             "mask": Action("Show all voxels", state.show_all_voxels),
         }
         self._notices.add(found.text, actions[found.cause], key=_emptiness(pane))

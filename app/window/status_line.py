@@ -200,4 +200,6 @@ class StatusLine(QStatusBar):
         pan_x, pan_y = (round(pan, 2) + 0.0 for pan in (view.pan_x, view.pan_y))
         if pan_x or pan_y:
             text += f"   pan {without_zero(f'{pan_x:+.2f}')}, {without_zero(f'{pan_y:+.2f}')}"
+        if self._state.view.is_orthographic:
+            text += "   orthographic"
         self._view.setText(text.replace("-", MINUS))

@@ -31,6 +31,7 @@ from app.window.notices import Floating, Notices
 from app.window.overlays import ImageError, Overlays
 from app.window.pane_layout import PaneLayout
 from app.window.presets import Presets
+from app.window.ruler import Ruler
 from app.window.scene_notices import SceneNotices
 from app.window.sessions import Sessions
 from app.window.slices import Slices
@@ -141,6 +142,7 @@ class WindowParts(QMainWindow):
         # After the gestures, so that regions get the mouse first.
         self.sensitivity = SensitivityView(self.workspace, self.context.panes, self.editor, self)
         self.crop_handles = [CropHandles(pane.canvas, self.state) for pane in self.context.panes]
+        self.ruler = Ruler(self.context, self.overlays)
         # Last, so that a pane has the focus before anything is done there.
         self.wipe = WipeLine(self.reference, self.pane_b)
         PaneFocus(self.state.tf_input, self.reference, self.pane_b, self.wipe)

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from model.scene.crop import CropBox
 from model.scene.orientation import WHOLE
@@ -60,6 +60,13 @@ class Scale:
         power = 10.0 ** math.floor(math.log10(most) + 1e-12)
         length = next(part * power for part in _ROUND if part * power <= most * (1 + 1e-9))
         return ScaleBar(length * factor / span, f"{length:.12g} {unit or 'units'}")
+
+    def length_text(self, start: ArrayLike, end: ArrayLike) -> str:
+        """Write the distance of two points, in fractions of the volume's lengths."""
+        across = np.subtract(end, start) * self.proportions
+        length = 2 * self.radius * float(np.linalg.norm(across))
+        factor, unit = _unit_for(length, self.unit)
+        return f"{length / factor:.4g} {unit or 'units'}"
 
     def span(self, view: View, crop: CropBox | None = None) -> float | None:
         """Length that the picture's shorter side spans at the depth of the middle; None if near."""

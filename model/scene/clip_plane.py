@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import dataclass
 
@@ -79,6 +80,25 @@ class ClipPlane:
         """Return the point of the plane that is nearest to a point (3,) in fractions."""
         away = self.depths(point, proportions) / 2
         return np.asarray(point + away * np.array(self.normal) / proportions)
+
+    def outline(self, box: CropBox, proportions: Triple) -> NDArray[np.float64]:
+        """Return the corners (n, 3) of the plane's part in a box, in turn; none where it misses."""
+        corners = np.array(list(itertools.product(*zip(box.low, box.high, strict=True))))
+        depths = self.depths(corners, proportions)
+        found = []
+        for one, other in itertools.combinations(range(8), 2):
+            # Edges join corners that differ along one axis.
+            is_edge = (one ^ other).bit_count() == 1
+            if is_edge and (depths[one] < 0) != (depths[other] < 0):
+                share = depths[one] / (depths[one] - depths[other])
+                found.append(corners[one] + share * (corners[other] - corners[one]))
+        if len(found) < 3:
+            return np.empty((0, 3))
+        points = np.array(found)
+        across = (points - points.mean(axis=0)) * proportions
+        first = across[0] / np.linalg.norm(across[0])
+        angles = np.arctan2(across @ np.cross(self.normal, first), across @ first)
+        return points[np.argsort(angles)]
 
     def numbers(self) -> NDArray[np.float64]:
         """Return normal and offset as an array (4,)."""

@@ -57,8 +57,9 @@ def why_nothing(
         return Emptiness(found, "tf")
     if found := _out_of_view(inputs.view, aspect):
         return Emptiness(found, "view")
-    if inputs.crop is not None and not inputs.crop.is_whole:
-        return Emptiness("The crop box leaves nothing of what the TF shows in this view.", "crop")
+    if not inputs.part.is_whole:
+        cuts = "The crop box leaves" if inputs.clip is None else "Crop box and clipping plane leave"
+        return Emptiness(f"{cuts} nothing of what the TF shows in this view.", "crop")
     if inputs.mask is not None:
         return Emptiness("The mask leaves nothing of what the TF shows in this view.", "mask")
     view = inputs.view

@@ -127,27 +127,35 @@ def reflect(medium: Any, light: Any, ray: Any, k: Any) -> Any:
     bz = min(z - low[2], high[2] - z)
     bn = depth_below(light.plane, x, y, z)
     if min(min(bx, bn), min(by, bz)) < ONE:
-        bx, by, bz, bn = nearness(bx), nearness(by), nearness(bz), nearness(bn)
-        nx, ny, nz = light.normal
-        lx, ly, lz = light.travel
-        vx, vy, vz = (
-            ray.step[0] * light.spacing[0],
-            ray.step[1] * light.spacing[1],
-            ray.step[2] * light.spacing[2],
-        )
-        total, share = bx + by + bz + bn, max(max(bx, bn), max(by, bz))
-        across = nx * lx + ny * ly + nz * lz
-        flat = (bx * abs(lx) + by * abs(ly) + bz * abs(lz) + bn * abs(across)) * light.diffuse
-        # The light mirrored by a face has its component along the axis, and minus the others.
-        passing = lx * vx + ly * vy + lz * vz
-        length = vx * vx + vy * vy + vz * vz
-        shine = bx * highlight(TWO * lx * vx - passing, length, light.power)
-        shine += by * highlight(TWO * ly * vy - passing, length, light.power)
-        shine += bz * highlight(TWO * lz * vz - passing, length, light.power)
-        along = TWO * across * (nx * vx + ny * vy + nz * vz) - passing
-        shine += bn * highlight(along, length, light.power)
-        diffuse += share * (flat / total - diffuse)
-        gloss += share * (light.specular * shine / total - gloss)
+        return _by_faces(light, ray, (bx, by, bz, bn), diffuse, gloss)
+    return diffuse, gloss
+
+
+@called
+def _by_faces(light: Any, ray: Any, depths: Any, diffuse: Any, gloss: Any) -> Any:
+    """Diffuse factor and gloss of a sample next to faces of what is shown."""
+    bx, by, bz, bn = depths
+    bx, by, bz, bn = nearness(bx), nearness(by), nearness(bz), nearness(bn)
+    nx, ny, nz = light.normal
+    lx, ly, lz = light.travel
+    vx, vy, vz = (
+        ray.step[0] * light.spacing[0],
+        ray.step[1] * light.spacing[1],
+        ray.step[2] * light.spacing[2],
+    )
+    total, share = bx + by + bz + bn, max(max(bx, bn), max(by, bz))
+    across = nx * lx + ny * ly + nz * lz
+    flat = (bx * abs(lx) + by * abs(ly) + bz * abs(lz) + bn * abs(across)) * light.diffuse
+    # The light mirrored by a face has its component along the axis, and minus the others.
+    passing = lx * vx + ly * vy + lz * vz
+    length = vx * vx + vy * vy + vz * vz
+    shine = bx * highlight(TWO * lx * vx - passing, length, light.power)
+    shine += by * highlight(TWO * ly * vy - passing, length, light.power)
+    shine += bz * highlight(TWO * lz * vz - passing, length, light.power)
+    along = TWO * across * (nx * vx + ny * vy + nz * vz) - passing
+    shine += bn * highlight(along, length, light.power)
+    diffuse += share * (flat / total - diffuse)
+    gloss += share * (light.specular * shine / total - gloss)
     return diffuse, gloss
 
 

@@ -8,11 +8,12 @@ from PySide6.QtGui import QColor, QImage
 from PySide6.QtTest import QTest
 
 from app import theme
-from app.image_view.crop_handles import CropHandles
+from app.image_view.crop_handles import MOVES, TURNS, CropHandles
 from app.image_view.gestures import ViewGestures
 from app.image_view.image_canvas import ImageCanvas, to_qimage
 from model.rendering.raster import Raster
 from model.rendering.renderer import open_renderer
+from model.scene.clip_plane import ClipPlane
 from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs
 from model.scene.transfer_function import ColorTF, OpacityTF
@@ -45,6 +46,7 @@ def canvas(qtbot, state):
     yield widget
     state.finish_view()
     state.crop_input.finish()
+    state.clip_input.finish()
 
 
 @pytest.fixture
@@ -171,3 +173,66 @@ def test_leaving_while_dragging_ends_the_drag(qtbot, state, canvas, handles):
             leave()
         assert not state.live
         QTest.mouseRelease(canvas, LEFT)
+
+
+PLANE = ClipPlane((0.8, -0.4, 0.7), 0.1)
+
+
+def angle(one, other):
+    return math.degrees(math.acos(min(float(np.dot(one, other)), 1.0)))
+
+
+@pytest.mark.parametrize("is_orthographic", [False, True])
+def test_the_plane_is_moved_along_its_normal_and_turned(state, canvas, handles, is_orthographic):
+    state.set_orthographic(is_orthographic)
+    view = state.view
+    for target, handle in (
+        (ClipPlane(PLANE.normal, 0.3), MOVES),
+        (ClipPlane.through(np.full(3, 0.5), np.array([0.5, -0.9, 0.1]), state.proportions), TURNS),
+    ):
+        start_plane = PLANE if handle == MOVES else ClipPlane(PLANE.normal)
+        state.clip_input.set(start_plane)
+        handles.set_volume(DIMENSIONS)
+        start = pixel(handles, *handle)
+        state.clip_input.set(target)
+        end = pixel(handles, *handle)
+        state.clip_input.set(start_plane)
+        drag(canvas, start, end - start)
+        assert state.clip.offset == pytest.approx(target.offset, abs=0.02)
+        assert angle(state.clip.normal, target.normal) < (4 if handle == TURNS else 1e-6)
+        assert not state.live and state.view == view and state.crop is None
+        state.edits.undo()
+        assert state.clip == start_plane
+
+
+def test_a_plane_faces_the_viewer_and_is_flipped_where_it_is(state, handles):
+    state.face_clip()
+    back = state.view.basis()[2]
+    np.testing.assert_allclose(state.clip.normal, back, atol=1e-9)
+    # It cuts through the middle, and cannot be moved along the line of sight in the image.
+    assert state.clip.depths(state.pivot, state.proportions) == pytest.approx(0, abs=1e-9)
+    assert {(each.axis, each.side) for each in handles.handles if each.axis == 3} == {TURNS}
+    state.clip_input.set(PLANE)
+    state.flip_clip()
+    corners = np.random.default_rng(1).random((20, 3))
+    kept, cut = (plane.depths(corners, state.proportions) for plane in (PLANE, state.clip))
+    np.testing.assert_allclose(kept, -cut, atol=1e-12)
+    state.crop_input.set(BOX)
+    state.show_whole()
+    assert (state.crop, state.clip) == (None, None)
+    state.edits.undo()
+    assert (state.crop, state.clip) == (BOX, PLANE.flipped)
+
+
+def test_the_planes_outline_lies_in_it_and_on_the_boxs_faces(state):
+    for box in (CropBox(), BOX):
+        points = PLANE.outline(box, state.proportions)
+        assert len(points) >= 3
+        np.testing.assert_allclose(PLANE.depths(points, state.proportions), 0, atol=1e-12)
+        on_face = np.isclose(points, box.low) | np.isclose(points, box.high)
+        assert (on_face.sum(axis=1) >= 2).all()
+        # In turn: no corner lies within the others.
+        across = (points - points.mean(axis=0)) * state.proportions
+        turns = np.cross(across, np.roll(across, -1, axis=0)) @ PLANE.normal
+        assert (turns > 0).all() or (turns < 0).all()
+    assert len(ClipPlane((1.0, 0.0, 0.0), 1.0).outline(CropBox(), state.proportions)) == 0

@@ -4,6 +4,7 @@ from ramp import make_tf
 
 from app.state.sensitivity_state import NamedRegion
 from app.state.settings import FigureSettings, Settings, VolumeMemory
+from model.scene.clip_plane import ClipPlane
 from model.scene.crop import CropBox
 from model.scene.region import Outline
 from model.scene.scene import LightDirection
@@ -28,9 +29,11 @@ SETTINGS = Settings(
 MEMORY = VolumeMemory(
     path="/data/a.raw", models=("/data/model",), tf=make_tf(140.0),
     tf_b=make_tf(120.0), compares=True, up_axis="-y",
-    raw_layout="8x8x8_uint8", choice="t=2", view=View(30.0, -20.0, 5.0, 1.5, 0.1, 0.0),
+    raw_layout="8x8x8_uint8", choice="t=2",
+    view=View(30.0, -20.0, 5.0, 1.5, 0.1, 0.0, is_orthographic=True),
     lighting="soft", light=LightDirection(50.0, -20.0), brightness=1.5,
     light_seconds={"soft": 0.2}, crop=CropBox((0.1, 0.0, 0.0), (1.0, 0.5, 1.0)),
+    clip=ClipPlane((1.0, -2.0, 0.3), 0.25),
     interpolates=False, draws_missing=True, mask="f1.mask.nrrd",
     regions=(region("ribs"), region("spine")), active_region="ribs", region_count=4,
     value_scale="logarithmic", opacity_scale="logarithmic", visible=(110.0, 180.0),

@@ -23,7 +23,7 @@ def grays(picture):
 def test_opacity_images_lie_in_the_corner(make_window, builders):
     builders.draws_codes = True
     window = make_window()
-    opacity = action(window, "O")
+    opacity = action(window, "Shift+O")
     generator, reference, _ = window.overlays.insets
     assert not opacity.isChecked() and generator.picture is None
     before = window.generator.canvas.grab().toImage()

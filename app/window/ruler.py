@@ -1,0 +1,95 @@
+"""A ruler: two clicks in an image, and the distance between what shows there."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import cast
+
+from PySide6.QtCore import QEvent, QObject, Qt
+from PySide6.QtGui import QCursor, QMouseEvent
+
+from app.image_view.image_canvas import ImageCanvas
+from app.window.context import Context
+from app.window.overlays import Overlays
+from model.rendering.ray_places import first_place
+from model.scene.volume import Triple
+
+FIRST, SECOND = "Click the first place; Escape ends it.", "Click the second place."
+NOTHING = "Nothing shows there; click on something that does."
+
+
+class Ruler(QObject):
+    """Takes two clicks in an image while it is on; the overlays show the line between them."""
+
+    def __init__(self, context: Context, overlays: Overlays) -> None:
+        super().__init__(context.window)
+        self._context, self._overlays = context, overlays
+        self.is_on = False
+        for pane in context.panes:
+            pane.canvas.installEventFilter(self)
+
+    def toggle(self) -> None:
+        """Measure a distance, in place of the one that is shown; or no longer."""
+        if self.end() or self._context.workspace.opened is None:
+            return
+        self.is_on = True
+        self._context.sensitivity.set_tool(None)
+        self._show(())
+        self._context.status.say(FIRST)
+
+    def end(self) -> bool:
+        """End what is measured; return False if there is nothing to be ended."""
+        was_on, self.is_on = self.is_on, False
+        if was_on:
+            self._show(())
+        return was_on
+
+    def remove(self) -> bool:
+        """Remove the line, or end what is measured; return False if there is neither."""
+        had_line = bool(self._overlays.subject.line)
+        self._show(())
+        return self.end() or had_line
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Take the left clicks, and the movements without a button, while the ruler is on."""
+        kinds = QEvent.Type.MouseButtonPress, QEvent.Type.MouseButtonDblClick, QEvent.Type.MouseMove
+        if not self.is_on or event.type() not in kinds:
+            return False
+        canvas, mouse = cast(ImageCanvas, watched), cast(QMouseEvent, event)
+        if self._context.sensitivity.tool is not None:
+            # A region is drawn instead.
+            self.end()
+            return False
+        if event.type() == QEvent.Type.MouseMove:
+            canvas.setCursor(QCursor(Qt.CursorShape.CrossCursor))
+            return not mouse.buttons()
+        if mouse.button() != Qt.MouseButton.LeftButton or mouse.modifiers():
+            return False
+        self._click(canvas, mouse)
+        return True
+
+    def _click(self, canvas: ImageCanvas, mouse: QMouseEvent) -> None:
+        opened, state = self._context.workspace.opened, self._context.state
+        if opened is None or canvas.image is None or canvas.message:
+            return
+        x, y = canvas.place_of(mouse.position())
+        found = first_place(opened.volume, state.inputs, (2 * x - 1, 1 - 2 * y))
+        if found is None:
+            self._context.status.say(NOTHING)
+            return
+        point = cast(Triple, tuple(found.tolist()))
+        line = (*self._overlays.subject.line, point)
+        self.is_on = len(line) < 2
+        self._show(line)
+        scale = self._overlays.subject.scale
+        if self.is_on or scale is None:
+            self._context.status.say(SECOND)
+        else:
+            self._context.status.say(f"Distance: {scale.length_text(*line)}")
+
+    def _show(self, line: tuple[Triple, ...]) -> None:
+        self._overlays.subject = replace(self._overlays.subject, line=line)
+        for pane in self._context.panes:
+            if not self.is_on:
+                pane.canvas.setCursor(QCursor(Qt.CursorShape.OpenHandCursor))
+            pane.canvas.update()

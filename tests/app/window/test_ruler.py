@@ -1,0 +1,109 @@
+"""Two clicks measure a distance; orthographic views and clipping planes from menus and card."""
+
+import mouse_events
+import numpy as np
+import pytest
+from PySide6.QtCore import QPoint, QPointF, Qt
+from PySide6.QtGui import QAction
+from PySide6.QtTest import QTest
+
+from model.rendering.ray_places import first_place
+from model.rendering.scale_bar import Scale
+from model.scene.volume import FileFacts, Volume
+
+
+def action(window, text):
+    (found,) = [a for a in window.findChildren(QAction) if a.text().replace("&", "") == text]
+    return found
+
+
+def click(canvas, place):
+    rect = canvas.image_rect
+    at = QPointF(rect.left() + place[0] * rect.width(), rect.top() + place[1] * rect.height())
+    QTest.mouseClick(
+        canvas, Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier, at.toPoint()
+    )
+    return canvas.place_of(QPointF(at.toPoint()))
+
+
+def test_two_clicks_measure_the_distance_of_what_shows_there(make_window):
+    window = make_window()
+    state, canvas, overlays = window.state, window.reference.canvas, window.overlays
+    measure = action(window, "Measure a distance")
+    picked, view = window.sensitivity_state.place, state.view
+    measure.trigger()
+    places = [click(canvas, place) for place in ((0.45, 0.5), (0.6, 0.55))]
+    volume = window.workspace.opened.volume
+    points = [first_place(volume, state.inputs, (2 * x - 1, 1 - 2 * y)) for x, y in places]
+    np.testing.assert_allclose(overlays.subject.line, points)
+    expected = np.linalg.norm((points[1] - points[0]) * volume.extent)
+    assert f"{expected:.4g}" in window.status.news
+    # Neither label nor view have followed the clicks, and now they do again.
+    assert (window.sensitivity_state.place, state.view) == (picked, view)
+    assert not window.ruler.is_on
+    mouse_events.drag(canvas, QPoint(100, 100), QPoint(130, 100), QPoint(140, 100))
+    assert state.view != view
+    assert len(overlays.subject.line) == 2
+    QTest.keyClick(window, Qt.Key.Key_Escape)
+    assert overlays.subject.line == ()
+
+
+def test_a_click_on_nothing_is_said_and_escape_ends_the_ruler(make_window):
+    window = make_window()
+    canvas = window.reference.canvas
+    window.ruler.toggle()
+    click(canvas, (0.01, 0.01))
+    assert "Nothing shows there" in window.status.news
+    click(canvas, (0.5, 0.5))
+    assert len(window.overlays.subject.line) == 1
+    QTest.keyClick(window, Qt.Key.Key_Escape)
+    assert window.overlays.subject.line == () and not window.ruler.is_on
+
+
+@pytest.mark.parametrize(("spacing", "unit", "text"), [
+    ((1.0, 1.0, 1.0), "", "voxels"), ((0.5, 0.5, 2.0), "", "units"),
+    ((2e-3, 1e-3, 1e-3), "mm", "µm"),
+])  # fmt: skip
+def test_a_length_is_in_the_files_units(spacing, unit, text):
+    values = np.arange(60.0).reshape(3, 4, 5)
+    volume = Volume(values, spacing, file=FileFacts(spacing_unit=unit))
+    start, end = (0.0, 0.0, 0.0), (1.0, 0.5, 0.0)
+    length = np.linalg.norm(np.subtract(end, start) * volume.extent) * (1000 if unit else 1)
+    assert Scale.of(volume).length_text(start, end) == f"{length:.4g} {text}"
+
+
+def test_the_orthographic_view_stays_until_it_is_left(make_window):
+    window = make_window()
+    state, orthographic = window.state, action(window, "Orthographic")
+    assert orthographic.shortcut().toString() == "O"
+    home = state.view
+    orthographic.trigger()
+    assert state.view.is_orthographic and state.view.distance == home.distance
+    assert window.status.view_text.endswith("orthographic")
+    for change in (lambda: state.look_from("Top"), state.view_whole, state.reset_view):
+        change()
+        assert state.view.is_orthographic
+    assert state.view == state.home
+    assert "orthographic view" in window.generator.hint
+    orthographic.trigger()
+    assert state.view == home and not orthographic.isChecked()
+
+
+def test_the_card_moves_and_removes_the_plane(make_window):
+    window = make_window()
+    state, card = window.state, window.crop_card
+    action(window, "Face the viewer").trigger()
+    assert card.is_shown and card.offset.isEnabled()
+    before = state.clip
+    card.offset.setValue(0.4)
+    assert (state.clip.normal, state.clip.offset) == (before.normal, pytest.approx(0.4))
+    assert "clipping plane" in window.generator.hint
+    card.flip.click()
+    assert state.clip.offset == pytest.approx(-0.4)
+    card.uncut.click()
+    assert state.clip is None and not card.flip.isEnabled()
+    for offset in (-0.4, 0.4, before.offset):
+        state.edits.undo()
+        assert state.clip.offset == pytest.approx(offset)
+    state.edits.undo()
+    assert state.clip is None
