@@ -11,7 +11,7 @@ from PySide6.QtGui import QCursor, QMouseEvent
 from app.image_view.image_canvas import ImageCanvas
 from app.window.context import Context
 from app.window.overlays import Overlays
-from model.rendering.ray_places import first_place
+from model.rendering.ray_places import ray_places
 from model.scene.volume import Triple
 
 FIRST, SECOND = "Click the first place; Escape ends it.", "Click the second place."
@@ -73,12 +73,11 @@ class Ruler(QObject):
         if opened is None or canvas.image is None or canvas.message:
             return
         x, y = canvas.place_of(mouse.position())
-        found = first_place(opened.volume, state.inputs, (2 * x - 1, 1 - 2 * y))
-        if found is None:
+        found = ray_places(opened.volume, state.inputs, (2 * x - 1, 1 - 2 * y))
+        if not found:
             self._context.status.say(NOTHING)
             return
-        point = cast(Triple, tuple(found.tolist()))
-        line = (*self._overlays.subject.line, point)
+        line = (*self._overlays.subject.line, found[0][0])
         self.is_on = len(line) < 2
         self._show(line)
         scale = self._overlays.subject.scale

@@ -7,7 +7,7 @@ from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtGui import QAction
 from PySide6.QtTest import QTest
 
-from model.rendering.ray_places import first_place
+from model.rendering.ray_places import ray_places
 from model.rendering.scale_bar import Scale
 from model.scene.volume import FileFacts, Volume
 
@@ -34,9 +34,10 @@ def test_two_clicks_measure_the_distance_of_what_shows_there(make_window):
     measure.trigger()
     places = [click(canvas, place) for place in ((0.45, 0.5), (0.6, 0.55))]
     volume = window.workspace.opened.volume
-    points = [first_place(volume, state.inputs, (2 * x - 1, 1 - 2 * y)) for x, y in places]
+    seen = [ray_places(volume, state.inputs, (2 * x - 1, 1 - 2 * y)) for x, y in places]
+    points = [found[0][0] for found in seen]
     np.testing.assert_allclose(overlays.subject.line, points)
-    expected = np.linalg.norm((points[1] - points[0]) * volume.extent)
+    expected = np.linalg.norm(np.subtract(*points) * volume.extent)
     assert f"{expected:.4g}" in window.status.news
     # Neither label nor view have followed the clicks, and now they do again.
     assert (window.sensitivity_state.place, state.view) == (picked, view)
