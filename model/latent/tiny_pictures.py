@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from model.compilation import compiled
 from model.rendering.brightness import LIT_BRIGHTNESS, brighten
-from model.rendering.raycast.rays import camera_array, make_ray
+from model.rendering.ray_places import cut_rays
 from model.rendering.scalars import shown_voxels
 from model.scene.inputs import SceneInputs
 from model.scene.mask import hidden_voxels
@@ -226,9 +226,12 @@ def _samples(
     """
     from scipy.ndimage import map_coordinates
 
-    eyes, directions, near, far = _rays(volume, inputs, size)
-    step = distance * volume.voxel_size
-    count = np.ceil((far - near) / step - 0.5).astype(np.int64)
+    middles = (2 * np.arange(size) + 1) / size - 1
+    x, y = (each.ravel() for each in np.meshgrid(middles, -middles))
+    eyes, directions, near, far = cut_rays(volume, inputs, np.stack([x, y], axis=1))
+    step, last = distance * volume.voxel_size / volume.radius, np.array(volume.dimensions) - 1
+    eyes, directions = eyes * last, directions * last
+    count = np.ceil(np.maximum(far - near, 0) / step - 0.5).astype(np.int64)
     ray = np.repeat(np.arange(len(count)), count)
     number = np.arange(len(ray)) - np.repeat(np.cumsum(count) - count, count)
     along = near[ray] + (number + 0.5) * step
@@ -252,35 +255,10 @@ def _samples(
     light = (AMBIENT + (1 - AMBIENT) * facing).astype(np.float32)
     hidden = hidden_voxels(volume, inputs.mask)
     if hidden is not None:
-        last = np.array(hidden.shape) - 1
-        nearest = np.clip(np.rint(places).astype(np.int64), 0, last)
+        nearest = np.clip(np.rint(places).astype(np.int64), 0, last[::-1])
         there = ~hidden[tuple(nearest.T)]
         ray, bins, light = ray[there], bins[there], light[there]
     return np.searchsorted(ray, np.arange(len(count) + 1)), bins.astype(np.uint8), light
-
-
-def _rays(volume: Volume, inputs: SceneInputs, size: int) -> tuple[NDArray[np.float64], ...]:
-    """Eyes and directions (pixels, 3) in voxels, and the ends (pixels,) of rays in the volume.
-
-    Ends are world distances from the eye; a ray that misses the volume ends where it begins.
-    """
-    camera = camera_array(inputs.view, volume, part=inputs.part)
-    rays = np.empty((size**2, 8))
-    _make_rays(camera, volume.voxel_size, size, rays)
-    return rays[:, 5:], rays[:, :3], rays[:, 3], rays[:, 4]
-
-
-@compiled
-def _make_rays(camera: Any, step: float, size: int, rays: Any) -> None:
-    for row in range(size):
-        for column in range(size):
-            ray, first = make_ray(camera, step, column, row, size)
-            number = row * size + column
-            for axis in range(3):
-                rays[number, axis] = ray.step[axis] / step
-                rays[number, 5 + axis] = ray.start[axis] - first * rays[number, axis]
-            rays[number, 3] = first - step
-            rays[number, 4] = rays[number, 3] + max(ray.last + 1, 0.0) * step
 
 
 def _principal_components(pictures: NDArray[np.uint8]) -> NDArray[np.float32]:

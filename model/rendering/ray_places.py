@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.rendering.opacity_correction import per_sample
-from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs
 from model.scene.transfer_function import TF_SAMPLES
 from model.scene.view import Projection
@@ -20,34 +19,43 @@ FAINTEST = 0.05  # least share of what is visible along the ray that makes a pla
 FALL = 0.5  # part of a peak to which weights fall, and rise from, between two places
 
 
+def cut_rays(
+    volume: Volume, inputs: SceneInputs, at: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], ...]:
+    """Return eyes and rays (n, 3) of pixels (n, 2), and where they enter and leave (n,) what shows.
+
+    A pixel is to the right and up from the image's middle, in halves of its shorter side. Eyes are
+    fractions of the volume's lengths along x, y and z; a ray is as long as half its diagonal, in
+    which ends are counted. A ray that misses leaves no later than it enters.
+    """
+    projection, box = Projection(inputs.view, volume.proportions), inputs.part.crop
+    eyes, ahead = (projection.points(at, np.full(len(at), along)) for along in (0.0, 1.0))
+    cosines = projection.depths(ahead) - projection.depths(eyes)
+    # How deep each ray's begin and end are behind the planes of what is shown.
+    near, far = (np.hstack([points - box.low, box.high - points]) for points in (eyes, ahead))
+    if inputs.clip is not None:
+        more = (inputs.clip.depths(points, volume.proportions) for points in (eyes, ahead))
+        near, far = (np.c_[each, deep] for each, deep in zip((near, far), more, strict=True))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        cuts = near / (near - far)
+    enter = np.where(far > near, cuts, -np.inf).max(axis=1)
+    leave = np.where(far < near, cuts, np.inf).min(axis=1)
+    misses = ((far == near) & (near < 0)).any(axis=1)
+    enter = np.maximum(enter, inputs.view.near_distance(1.0) / cosines)
+    return eyes, ahead - eyes, enter, np.where(misses, enter, leave)
+
+
 def places_along(
     volume: Volume, inputs: SceneInputs, at: tuple[float, float]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the places (n, 3) along a pixel's ray, and how much each adds to its opacity (n,).
 
-    Places are fractions of the volume's lengths along x, y and z, the nearest first; the pixel is
-    to the right and up from the image's middle, in halves of its shorter side. None may be left.
+    Places are fractions of the volume's lengths along x, y and z, the nearest first; none may be
+    left. The pixel is one of :func:`cut_rays`.
     """
-    projection = Projection(inputs.view, volume.proportions)
-    start, ahead = projection.points(np.tile(at, (2, 1)), np.array([0.0, 1.0]))
-    ray = ahead - start
-    box = inputs.crop or CropBox()
-    with np.errstate(divide="ignore", invalid="ignore"):
-        faces = (np.array([box.low, box.high]) - start) / ray
-    cosine = float(np.diff(projection.depths(np.stack([start, ahead])))[0])
-    nearest = inputs.view.near_distance(1.0) / cosine
-    enter, leave = np.fmax(nearest, np.fmin(*faces).max()), np.fmax(*faces).min()
-    inside = ((start >= box.low) & (start <= box.high))[ray == 0].all()
-    if inputs.clip is not None:
-        deep, ahead_deep = inputs.clip.depths(np.stack([start, ahead]), volume.proportions)
-        if deep == ahead_deep:
-            inside &= deep >= 0
-        elif deep > ahead_deep:
-            leave = min(leave, deep / (deep - ahead_deep))
-        else:
-            enter = max(enter, deep / (deep - ahead_deep))
+    (start,), (ray,), (enter,), (leave,) = cut_rays(volume, inputs, np.array([at]))
     step = APART * volume.voxel_size / volume.radius
-    count = int(np.ceil((leave - enter) / step)) if leave > enter and inside else 0
+    count = int(np.ceil((leave - enter) / step)) if leave > enter else 0
     along = np.minimum(enter + step * np.arange(1, count + 1), leave)
     points = start + along[:, None] * ray
     values = values_at(volume, points, inputs.is_nearest(volume))
@@ -62,18 +70,6 @@ def places_along(
     alphas = 1 - (1 - alphas) ** (np.diff(along, prepend=enter) / step)
     through = np.cumprod(1 - alphas)
     return points, alphas * np.concatenate([[1.0], through])[:count]
-
-
-def first_place(
-    volume: Volume, inputs: SceneInputs, at: tuple[float, float]
-) -> NDArray[np.float64] | None:
-    """Return the first visible place (3,) under a pixel; None where nothing is visible.
-
-    Pixel and place are those of :func:`places_along`.
-    """
-    points, weights = places_along(volume, inputs, at)
-    visible = np.flatnonzero(np.cumsum(weights) >= VISIBLE)
-    return points[visible[0]] if len(visible) else None
 
 
 def strongest_place(
