@@ -39,9 +39,7 @@ class Rays:
     towards: np.ndarray
 
 
-def cast(
-    volume, view, size, sample_distance, crop=None, is_nearest=False, mask=None, clip=None
-):
+def cast(volume, view, size, sample_distance, crop=None, is_nearest=False, mask=None, clip=None):
     """Follow the rays through the centres of an image's pixels, in steps of some voxels."""
     right, up, back = view.basis()
     distance = view.camera_distance(volume.radius)
