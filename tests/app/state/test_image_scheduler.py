@@ -150,6 +150,8 @@ def test_the_generator_of_path_traced_light_draws_what_the_reference_does_once(
     state, scheduler, generator, reference
 ):
     scheduler.generator_follows = True
+    scheduler.send()
+    reference.asked.clear()
     # While something moves it draws alone, and the reference stops.
     for azimuth in (10.0, 20.0):
         turn(state, azimuth)
