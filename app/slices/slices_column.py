@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout, QWidget
@@ -17,9 +18,9 @@ from model.scene.volume import Triple
 COLORS: dict[SliceColors, tuple[str, str]] = {
     "gray": ("Gray", "Drag with the right button to change its window"),
     "colors": ("TF", "The TF's colours"),
-    "overlay": ("Gray and TF", "The TF's colours over gray, as opaque as the TF has them"),
+    "overlay": ("Overlay", "The TF's colours over gray, as opaque as the TF has them"),
 }
-DIGITS = 5  # of a coordinate
+LEAST_DIGITS = 4  # of a coordinate
 
 
 class SlicesColumn(QWidget):
@@ -80,5 +81,12 @@ class SlicesColumn(QWidget):
         name = "" if value is None else self._viewer.label_name(value)
         voxel = ", ".join(map(str, voxel_of(volume, place)))
         self.value.set_full_text("   ".join(filter(None, (said, name, f"voxel {voxel}"))))
-        numbers = [f"{axis} {significant(at, DIGITS)}" for axis, at in coordinates(volume, place)]
+        step, found = min(volume.spacing), coordinates(volume, place)
+        numbers = [f"{axis} {_written(number, step)}" for axis, number in found]
         self.where.set_full_text("  ".join([*numbers, volume.file.spacing_unit]).rstrip())
+
+
+def _written(coordinate: float, step: float) -> str:
+    """Write a coordinate with so many digits that those of neighbouring voxels differ."""
+    digits = 2 + int(math.log10(max(abs(coordinate) / step, 1)))
+    return significant(coordinate, max(LEAST_DIGITS, digits))

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from app.slices.slices_column import SlicesColumn
 
 LARGE = 0.5  # of the images' width that a large slice has
-SMALL, NARROWEST = 0.4, 270  # width of three slices by their height, and at least, in pixels
+SMALL, NARROWEST = 0.45, 280  # width of three slices by their height, and at least, in pixels
 HELD_MS = 500  # time for which the mouse rests before the image shows where the value is visible
 ARM, GAP = 14, 4  # outer and inner end of the cross-hair's arms in an image, in pixels
 STEPS: dict[int, int] = {Qt.Key.Key_Up: -1, Qt.Key.Key_Down: 1}
@@ -89,6 +89,7 @@ class Slices(QObject):
         self._hover(None)
         self._refresh()
         self._resize()
+        self._update_images()
 
     def _built(self) -> SlicesColumn:
         from app.slices.slices_column import SlicesColumn
@@ -122,8 +123,6 @@ class Slices(QObject):
 
     def _refresh(self, *_: object) -> None:
         """Have the slices show what the window shows."""
-        for pane in self._context.panes:
-            pane.canvas.update()
         if self.column is None or not self.is_shown or self._opened is None:
             return
         state, asked, shown = self._context.state, self._context.sensitivity, self.column.state
@@ -159,7 +158,11 @@ class Slices(QObject):
         if self._place != self.column.state.place:
             self._place = self.column.state.place
             self._context.preferences.note_volume(self._opened.fingerprint, cross_hair=self._place)
-            self._refresh()
+            self._update_images()
+
+    def _update_images(self) -> None:
+        for pane in self._context.panes:
+            pane.canvas.update()
 
     def _follow_question(self, what: str) -> None:
         """Outline the band of values, and go to what shows at a place that was clicked."""

@@ -156,7 +156,7 @@ class SlicePaint:
         levels *= last / (high - low)
         levels += 0.5
         np.clip(levels, 0, last, out=levels)
-        colors = self.table.view(np.uint32)[:, 0][levels.astype(np.uint16)]
+        colors = self.table.view(np.uint32)[:, 0][levels.astype(np.uint16, order="C")]
         if outlined is not None:
             lowest, highest = outlined
             if values.dtype.kind != "f":

@@ -37,7 +37,7 @@ from model.errors import RenderError
 
 WINDOW_SIZE = 1280, 860
 
-KEYS = "RLWFGTPVMCKXYZ123456789[]+-"
+KEYS = "RLSWFGTPVMCKXYZ123456789[]+-"
 SPECIAL = [
     Qt.Key.Key_Left, Qt.Key.Key_Right, Qt.Key.Key_Up, Qt.Key.Key_Down, Qt.Key.Key_Delete,
     Qt.Key.Key_Escape, Qt.Key.Key_Return, Qt.Key.Key_Tab, Qt.Key.Key_Home, Qt.Key.Key_Space,

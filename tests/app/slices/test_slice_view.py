@@ -281,11 +281,12 @@ def labels():
         (with_missing(), (1, 2, 3), "nothing measured"),
         (labels(), (2, 2, 2), "3   liver   voxel 2, 2, 2\nx 2  y 2  z 14"),
         (Volume(make_volume().voxels, (1e-9, 2e-9, 3e-9)), (1, 1, 1), "x 1e-09  y 2e-09  z 3e-09"),
+        (Volume(make_volume().voxels, (0.01,) * 3, (1e3,) * 3), (1, 1, 2), "x 1000.01  y 1000.01"),
         (Volume(make_volume().voxels[2:4]), (3, 0, 1), "x 3  y 0  z 1"),
         (Volume(make_volume().voxels, (20.0, 1.0, 1.0)), (3, 0, 1), "x 60  y 0  z 1"),
         (Volume(make_volume().voxels.astype(float) * 1e250), (1, 1, 1), "voxel 1, 1, 1"),
     ],
-    ids=["missing", "labels", "tiny", "two slices", "thin", "huge"],
+    ids=["missing", "labels", "tiny", "far", "two slices", "thin", "huge"],
 )  # fmt: skip
 def test_other_volumes_have_slices(qtbot, builders, window, volume, here, said):
     builders.volumes["other"] = volume

@@ -101,6 +101,9 @@ def test_values_are_those_of_the_file_on_any_scale():
 def test_gray_is_the_window_and_clipped_outside(dtype):
     values = np.array([[0, 10, 20], [30, 40, 120]], dtype)
     picture = SlicePaint.of((10.0, 30.0), None).picture(values)
+    # Slices may lie in memory in any order.
+    turned = SlicePaint.of((10.0, 30.0), None).picture(values.T)
+    np.testing.assert_array_equal(turned, picture.transpose(1, 0, 2))
     wanted = np.clip((values.astype(float) - 10) / 20, 0, 1) * 255
     np.testing.assert_allclose(picture[..., :3], wanted[..., None].repeat(3, 2), atol=0.5 + 1e-9)
     assert (picture[..., 3] == 255).all()
