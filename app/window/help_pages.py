@@ -25,9 +25,13 @@ Drag a round handle of the crop box (K) | move that plane
 Shift+K | cut by a plane that faces the viewer; drag its arrow to turn it
 O | orthographic view, or perspective
 M, then click two places | measure their distance; Escape removes it
-C, D | both images or one; their difference
+C, D | two images or one; their difference
 Shift+O | show or hide the opacity images
 Drag the ball in the top bar, or Ctrl, Shift and drag | move the light
+# A and B (A)
+Click an image | edit its TF
+Ctrl+Shift+B | swap A and B
+Ctrl+Shift+W | both in one image; drag the line between them
 # Slices (S)
 Wheel, or Page up and down; with Shift | the next slice; ten at once | Wheel | next slice
 Drag | move the cross-hair | Drag | cross-hair
