@@ -5,7 +5,7 @@ from itertools import count
 
 import numpy as np
 import pytest
-from ramp import make_volume
+from ramp import make_tf, make_volume
 from window_fakes import PATIENCE_S, FakeEngine, make_request
 
 from app.engines import drawer, path_tracing, renderer_engine
@@ -15,6 +15,7 @@ from app.engines.pace import LONGEST_SECONDS, REST_SECONDS, SCALES, SHARP_SECOND
 from app.engines.path_tracing import PathAnalyst, PathTracingEngine
 from app.engines.renderer_engine import ReferenceEngine, RendererEngine
 from app.engines.requests import (
+    IMAGES_B,
     BatchRequest,
     ImageRequest,
     PictureRequest,
@@ -31,6 +32,7 @@ from model.rendering.path_tracing.refinement import RefiningRenderer
 from model.rendering.path_tracing.renderer import PathTracer
 from model.rendering.raster import Raster
 from model.rendering.raycast.renderer import RaycastRenderer
+from model.scene.inputs import SceneInputs
 from model.scene.region import Outline
 from model.scene.scene import LightDirection
 from model.scene.tf_perturbation import edit_around
@@ -309,6 +311,28 @@ def test_a_path_traced_image_goes_on_where_it_ended():
     np.testing.assert_allclose(images[-1].rgba, whole, atol=1e-6)
     # What is good enough is there at once.
     assert [image.samples for image in traced(engine, 16, 4)] == [8]
+    engine.close()
+
+
+def test_two_path_traced_images_in_turn_are_each_as_if_it_were_alone():
+    engine = PathTracingEngine(
+        RefiningRenderer(PathTracer(make_volume(), threads=1), None), sample_distance=0.5
+    )
+    stop = replace(STOPS["balanced"], samples=8, error=0.0)
+    a = ImageRequest(make_request(1).inputs, Quality(16), stop)
+    b = replace(a, inputs=SceneInputs.of(View(), make_tf(140.0)), channel=IMAGES_B)
+    b_is_wanted = True
+    coming = engine.images_of(a), engine.images_of(b, Watch(lambda: b_is_wanted))
+    # B is called off in the midst, which is nothing to A.
+    next(coming[1])
+    first = next(coming[0])
+    b_is_wanted = False
+    (*_, last) = coming[0]
+    again = list(engine.images_of(b))[-1]
+    assert first.samples < last.samples == again.samples == 8
+    for request, image in ((a, last), (b, again)):
+        alone = PathTracer(make_volume(), threads=1).render(request.inputs, 16, samples=8)
+        np.testing.assert_allclose(image.rgba, alone, atol=1e-6)
     engine.close()
 
 

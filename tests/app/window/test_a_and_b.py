@@ -9,9 +9,7 @@ from ramp import make_tf
 from rested_window import act_until, rested, settle
 
 from app.engines.requests import IMAGES_B, PictureRequest
-from app.state.preferences import Preferences
 from app.window.figure import FigureChoice
-from app.window.main_window import MainWindow
 
 LEFT = Qt.MouseButton.LeftButton
 CTRL_SHIFT = Qt.KeyboardModifier.ControlModifier | Qt.KeyboardModifier.ShiftModifier
@@ -41,10 +39,6 @@ def follow_pane(qtbot, window):
     qtbot.waitUntil(lambda: not work._pane_rest.isActive() and window.workspace.is_settled)
 
 
-def asked_of_b(builders):
-    return [r for r in builders.references[-1].requests if r.channel == IMAGES_B]
-
-
 def set_tf(qtbot, window, tf):
     window.state.tf_input.set(tf, "another")
     settle(qtbot, window)
@@ -67,8 +61,7 @@ def test_what_is_edited_is_the_pane_that_was_clicked(qtbot, window, builders):
     assert {r.channel for r in drawn[count:]} == {IMAGES_B}
     assert drawn[-1].inputs == window.state.inputs_of("B") != window.state.inputs_of("A")
     QTest.mouseClick(a, LEFT, pos=a.rect().center())
-    assert edited(window) == ("A", "TF of A", "A")
-    assert window.state.transfer_function == first
+    assert edited(window) == ("A", "TF of A", "A") and window.state.transfer_function == first
     # By the left button its menu opens, too.
     QTest.mouseClick(window.pane_b.caption, Qt.MouseButton.RightButton)
     assert edited(window) == ("B", "TF of B", "B")
@@ -82,9 +75,10 @@ def test_what_is_edited_is_the_pane_that_was_clicked(qtbot, window, builders):
     assert {inputs.view for inputs in final.values()} == {window.state.view} and len(final) == 2
     # Closed, it is asked for no more, and what it was comes back.
     QTest.keyClick(window, Qt.Key.Key_C)
-    count = len(asked_of_b(builders))
+    count = len(drawn)
     set_tf(qtbot, window, make_tf(120.0))
-    assert len(asked_of_b(builders)) == count and window.panes.images == [window.reference]
+    assert IMAGES_B not in {r.channel for r in drawn[count:]}
+    assert window.panes.images == [window.reference]
     assert window.reference.caption.title == "Direct light"
     assert window.editor.pane_button.isHidden() and not window.reference.canvas.is_edited
     compare(qtbot, window)
@@ -121,14 +115,11 @@ def test_questions_are_about_the_pane_with_the_focus(qtbot, window):
     asked = [asker.seen, asker.seen_too]
     assert [each.request.inputs for each in asked] == [state.inputs_of(name) for name in "BA"]
     window.sensitivity_state.keep(120.0, 140.0)
-    qtbot.waitUntil(lambda: window.reference.canvas.cover is None)
-    qtbot.waitUntil(lambda: window.pane_b.canvas.cover is not None)
-    assert window.reference.canvas.cover is None
-    assert asker.field.request.inputs == state.inputs_of("B")
-    state.tf_input.focus("A")
-    assert window.pane_b.canvas.cover is None
-    qtbot.waitUntil(lambda: window.reference.canvas.cover is not None)
-    assert asker.field.request.inputs == state.inputs_of("A")
+    # What an edit changes, in the pane that is edited.
+    for name, (other, shown) in (("B", canvases), ("A", canvases[::-1])):
+        state.tf_input.focus(name)
+        qtbot.waitUntil(lambda: asker.field is not None and asker.field.is_of(state.inputs))
+        qtbot.waitUntil(lambda a=other, b=shown: a.cover is None and b.cover is not None)
 
 
 def test_the_difference_is_said_and_shown_over_b(qtbot, window):
@@ -171,23 +162,16 @@ def test_in_one_image_the_line_divides_a_from_b(qtbot, window):
     assert not line.isVisible() and len(window.panes.images) == 2
 
 
-def test_sessions_and_the_next_run_bring_b_back(qtbot, builders, tmp_path):
-    (tmp_path / "ramp").touch()
-
-    def opened():
-        window = MainWindow(builders.make(), preferences=Preferences(tmp_path / "kept"))
-        qtbot.addWidget(window)
-        opening = window.workspace.opening
-        act_until(qtbot, window.workspace.volumeStarted, opening.open, tmp_path / "ramp")
-        return window
-
-    window = opened()
+def test_sessions_and_the_next_run_bring_b_back(qtbot, start_again, tmp_path):
+    volume, path = tmp_path / "ramp", tmp_path / "a.tfscope"
+    volume.touch()
+    window = start_again(volume)
     window.state.tf_input.compare(True)
     set_tf(qtbot, window, OTHER)
-    saved, path = window.sessions.session(), tmp_path / "a.tfscope"
+    saved = window.sessions.session()
     window.sessions.save(path)
     window.close()
-    window = opened()
+    window = start_again(volume)
     assert window.state.tf_input.of("B") == OTHER and window.panes.compares
     assert window.state.tf_input.pane == "A"
     window.state.tf_input.copy("A")
