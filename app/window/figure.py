@@ -140,7 +140,9 @@ def paint_line(
         path.addEllipse(place, 0.25 * text, 0.25 * text)
     pens.stroke(path)
     if len(points) > 1:
-        at = (places[0] + places[1]) / 2 + QPointF(0.6 * text, -0.5 * text)
+        # Where it does not lie over the line.
+        right = max(places, key=QPointF.x)
+        at = right + QPointF(0.7 * text, 0.35 * text)
         pens.write(at, scale.length_text(points[0], points[1]))
     painter.restore()
 

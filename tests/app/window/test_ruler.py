@@ -1,5 +1,7 @@
 """Two clicks measure a distance; orthographic views and clipping planes from menus and card."""
 
+from dataclasses import replace
+
 import mouse_events
 import numpy as np
 import pytest
@@ -7,8 +9,10 @@ from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtGui import QAction
 from PySide6.QtTest import QTest
 
+from app.window.figure import FigureLook, figure, pixels_of
 from model.rendering.ray_places import ray_places
 from model.rendering.scale_bar import Scale
+from model.scene.view import Projection
 from model.scene.volume import FileFacts, Volume
 
 
@@ -42,6 +46,17 @@ def test_two_clicks_measure_the_distance_of_what_shows_there(make_window):
     # Neither label nor view have followed the clicks, and now they do again.
     assert (window.sensitivity_state.place, state.view) == (picked, view)
     assert not window.ruler.is_on
+    # A figure has the line, too.
+    images = {"reference": (np.zeros((300, 300, 4), np.float32), 1.0)}
+    without = replace(overlays.subject, line=())
+    one, other = (
+        pixels_of(figure(FigureLook(300, 300), images, "reference", state.inputs, subject))
+        for subject in (overlays.subject, without)
+    )
+    ends = Projection(state.view, volume.proportions).places(np.array(points))
+    middle = np.rint(150 + 150 * ends.mean(axis=0) * (1, -1)).astype(int)
+    assert one[middle[1] - 1 : middle[1] + 2, middle[0] - 1 : middle[0] + 2].max() > 200
+    assert other.max() == 0
     mouse_events.drag(canvas, QPoint(100, 100), QPoint(130, 100), QPoint(140, 100))
     assert state.view != view
     assert len(overlays.subject.line) == 2
