@@ -9,6 +9,8 @@ shows it and continues. Any other exception that escapes is a defect of tfscope.
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from importlib.util import find_spec
 
 
@@ -60,6 +62,16 @@ def require(extra: str) -> None:
 def reason(error: OSError) -> str:
     """Return why the system, or a library in its place, could not read or write."""
     return error.strerror or first_line(error)
+
+
+@contextmanager
+def os_errors_as(kind: type[TfscopeError], what: str, remedy: str = "") -> Iterator[None]:
+    """Raise an error for users in place of an :class:`OSError`: what cannot be done, and why."""
+    try:
+        yield
+    except OSError as error:
+        why = f"{what} ({reason(error)})"
+        raise kind(f"{why}; {remedy}." if remedy else f"{why}.") from error
 
 
 class VolumeError(TfscopeError):

@@ -19,7 +19,7 @@ from app.cli.console import counting, warn, warn_of
 from app.cli.outputs import make_room_for
 from app.cli.render import Render
 from app.cli.values import HOME_VIEW, fonts, range_text, view_text
-from model.errors import RenderError, reason
+from model.errors import RenderError, os_errors_as
 from model.files import writing
 from model.generator.catalog import model_for, shipped_models
 from model.networks.card import load_card
@@ -381,12 +381,9 @@ def _check_for_model(asked: Render) -> None:
 
 
 def _write_array(out: Path, rgba: NDArray[np.float32]) -> None:
-    try:
-        # An open file, as numpy appends a suffix to names in capitals.
-        with writing(out) as file:
-            np.save(file, rgba)
-    except OSError as error:
-        raise RenderError(f"{out}: the image cannot be written ({reason(error)}).") from error
+    # An open file, as numpy appends a suffix to names in capitals.
+    with os_errors_as(RenderError, f"{out}: the image cannot be written"), writing(out) as file:
+        np.save(file, rgba)
 
 
 def _write_picture(asked: Render, drawer: Drawer) -> None:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from app.cli import options, values
 from app.cli.options import option
 from app.cli.values import range_text, tf_text, view_text
-from model.errors import LatentError, RenderError, reason
+from model.errors import LatentError, RenderError, os_errors_as
 from model.files import writing
 from model.latent.codes import Codes
 from model.latent.latent_map import LatentMap
@@ -272,22 +272,18 @@ def _explanation(asked: Latent, volume: Volume) -> str:
 
 
 def _write(out: Path, map_: LatentMap, found: _Found, colors: TransferFunction) -> None:
-    suffix = out.suffix.lower()
-    try:
-        if suffix == ".json":
-            assert found.opacity_tf is not None
-            replace(colors, opacity=found.opacity_tf).save(out)
-        else:
-            samples = map_.samples
-            # An open file, as numpy appends a suffix to names in capitals.
-            with writing(out) as file:
-                np.savez_compressed(
-                    file,
-                    codes=samples.codes,
-                    map=map_.places,
-                    tfs=samples.tfs,
-                    singular_values=samples.singular_values,
-                    **found.arrays,  # type: ignore[arg-type]
-                )
-    except OSError as error:
-        raise RenderError(f"{out}: the result cannot be written ({reason(error)}).") from error
+    if out.suffix.lower() == ".json":
+        assert found.opacity_tf is not None
+        replace(colors, opacity=found.opacity_tf).save(out)
+        return
+    samples = map_.samples
+    # An open file, as numpy appends a suffix to names in capitals.
+    with os_errors_as(RenderError, f"{out}: the result cannot be written"), writing(out) as file:
+        np.savez_compressed(
+            file,
+            codes=samples.codes,
+            map=map_.places,
+            tfs=samples.tfs,
+            singular_values=samples.singular_values,
+            **found.arrays,  # type: ignore[arg-type]
+        )

@@ -7,7 +7,7 @@ import os
 from pathlib import Path
 from typing import Any
 
-from model.errors import TfscopeError, reason
+from model.errors import TfscopeError, os_errors_as
 from model.files import write_atomically
 
 
@@ -27,12 +27,8 @@ def check_output_folder(path: Path) -> None:
 
 def make_room_for(path: Path) -> None:
     """Make the folder of an output file, and those around it, where they are missing."""
-    try:
+    with os_errors_as(TfscopeError, f"{path}: its folder cannot be made", "choose another place"):
         path.absolute().parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise TfscopeError(
-            f"{path}: its folder cannot be made ({reason(error)}); choose another place."
-        ) from error
 
 
 def write_json(path: Path, result: dict[str, Any]) -> None:
@@ -43,10 +39,8 @@ def write_json(path: Path, result: dict[str, Any]) -> None:
 def write_text(path: Path, text: str) -> None:
     """Write a text file, in a folder that is made if it is missing."""
     make_room_for(path)
-    try:
+    with os_errors_as(TfscopeError, f"{path}: the result cannot be written"):
         write_atomically(path, text.encode())
-    except OSError as error:
-        raise TfscopeError(f"{path}: the result cannot be written ({reason(error)}).") from error
 
 
 def _check_place(path: Path) -> None:

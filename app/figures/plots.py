@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from model.errors import RenderError, reason
+from model.errors import RenderError, os_errors_as
 from model.files import write_atomically
 from model.scene.inputs import SceneInputs
 from model.scene.region import Region
@@ -36,13 +36,9 @@ def save_image(path: Path, picture: QImage) -> None:
         raise RenderError(
             f"{path}: a picture of this size cannot be written as '{path.suffix}'; choose .png."
         )
-    try:
+    remedy = "make room, or choose another place"
+    with os_errors_as(RenderError, f"{path}: the picture cannot be written", remedy):
         write_atomically(path, bytes(buffer.data().data()))
-    except OSError as error:
-        raise RenderError(
-            f"{path}: the picture cannot be written ({reason(error)}); make room, or choose "
-            "another place."
-        ) from error
 
 
 def software() -> str:

@@ -10,7 +10,7 @@ from typing import Any
 
 from app.state.sensitivity_state import Choices
 from app.state.settings import SessionSettings, Settings, VolumeMemory
-from model.errors import TfscopeError, reason
+from model.errors import TfscopeError, os_errors_as
 from model.files import write_atomically
 from model.json_files import MalformedError, build, build_valid, read_json
 from model.scene.transfer_function import Range
@@ -61,13 +61,10 @@ class Session:
             "model": None if self.model is None else _written(self.model, path),
             **asdict(self.content),
         }
-        try:
+        what = f"{path}: the session cannot be written"
+        with os_errors_as(SessionError, what, "choose another place"):
             path.parent.mkdir(parents=True, exist_ok=True)
             write_atomically(path, json.dumps(data, indent=1).encode())
-        except OSError as error:
-            raise SessionError(
-                f"{path}: the session cannot be written ({reason(error)}); choose another place."
-            ) from error
 
     @classmethod
     def load(cls, path: Path) -> Session:
@@ -75,12 +72,10 @@ class Session:
 
         Raise :class:`SessionError` when it cannot be read, is no session, or of a newer version.
         """
+        what = f"{path}: the session cannot be read"
         try:
-            return cls._from_json(read_json(path), path)
-        except OSError as error:
-            raise SessionError(
-                f"{path}: the session cannot be read ({reason(error)}); choose another."
-            ) from error
+            with os_errors_as(SessionError, what, "choose another"):
+                return cls._from_json(read_json(path), path)
         except ValueError as error:
             raise SessionError(
                 f"{path}: this is no session that can be opened ({error}); nothing was changed."

@@ -15,7 +15,7 @@ from app.controls import add_action
 from app.tf_editor.tf_menu import PICTURE, PresetMenu
 from app.window.context import Context
 from app.window.small_pictures import SmallPictures
-from model.errors import TransferFunctionError, reason
+from model.errors import TransferFunctionError, os_errors_as
 from model.scene.ranges import fit_to_range, stretch_to_range
 from model.scene.tf_presets import Preset
 from model.scene.transfer_function import TransferFunction
@@ -122,24 +122,18 @@ def preset_name(text: str) -> str:
 def save_own_preset(folder: Path, name: str, tf: TransferFunction) -> None:
     """Save a TF; raise :class:`TransferFunctionError` where it cannot be written."""
     place = _place(folder)
-    try:
+    what = f"{place}: the preset cannot be written"
+    with os_errors_as(TransferFunctionError, what, "use File > Save TF"):
         place.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise TransferFunctionError(
-            f"{place}: the preset cannot be written ({reason(error)}); use File > Save TF."
-        ) from error
     tf.save(place / f"{name}{SUFFIX}")
 
 
 def remove_own_preset(folder: Path, name: str) -> None:
     """Remove a saved TF, if it is there; raise :class:`TransferFunctionError` if that fails."""
     path = _place(folder) / f"{name}{SUFFIX}"
-    try:
+    what = f"{path}: the preset cannot be removed"
+    with os_errors_as(TransferFunctionError, what, "check your permissions"):
         path.unlink(missing_ok=True)
-    except OSError as error:
-        raise TransferFunctionError(
-            f"{path}: the preset cannot be removed ({reason(error)}); check your permissions."
-        ) from error
 
 
 def _place(folder: Path) -> Path:

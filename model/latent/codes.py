@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 import hashlib
 from pathlib import Path
 
-from model.errors import CheckpointError, reason
+from model.errors import CheckpointError, os_errors_as
 from model.json_files import read_json
 from model.volume_files.shipped import RESOURCES
 
@@ -197,14 +197,12 @@ def load_codec(folder: Path = SHIPPED_CODEC) -> tuple[str, BrowserCodec]:
     """Read a codec folder."""
     from safetensors.numpy import load
 
+    what = f"{folder}: the folder holds no codec"
     try:
-        described = read_json(folder / CODEC_FILE)
-        content = (folder / WEIGHTS_FILE).read_bytes()
+        with os_errors_as(CheckpointError, what, "install tfscope again"):
+            described = read_json(folder / CODEC_FILE)
+            content = (folder / WEIGHTS_FILE).read_bytes()
         version, digest = described["tfscope_codec"], described["digest"]
-    except OSError as error:
-        raise CheckpointError(
-            f"{folder}: the folder holds no codec ({reason(error)}); install tfscope again."
-        ) from error
     except (KeyError, TypeError, ValueError) as error:
         raise CheckpointError(
             f"{folder / CODEC_FILE}: the description is malformed near {error}."

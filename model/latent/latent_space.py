@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from model.errors import LatentError, reason
+from model.errors import LatentError, os_errors_as
 from model.files import cache_folder, write_atomically
 from model.latent.codes import (
     SAMPLES,
@@ -189,25 +189,21 @@ def save_map(path: Path, key: str, codes: Codes, places: Places) -> None:
         codes=codes.astype(np.float16),
         places=places.astype(np.float16),
     )
-    try:
+    remedy = "it will be computed again next time"
+    with os_errors_as(LatentError, f"{path}: the map cannot be written", remedy):
         path.parent.mkdir(parents=True, exist_ok=True)
         write_atomically(path, content.getvalue())
-    except OSError as error:
-        raise LatentError(
-            f"{path}: the map cannot be written ({reason(error)}); "
-            "it will be computed again next time."
-        ) from error
 
 
 def load_map(path: Path, key: str) -> tuple[Codes, Places]:
     """Read the codes (n, d) and places (n, 2) of a map, as they were stored."""
+    with os_errors_as(LatentError, f"{path}: the map cannot be read"):
+        content = path.read_bytes()
     try:
-        with np.load(io.BytesIO(path.read_bytes()), allow_pickle=False) as stored:
+        with np.load(io.BytesIO(content), allow_pickle=False) as stored:
             found = str(stored["key"])
             codes = stored["codes"].astype(np.float32)
             places = stored["places"].astype(np.float32)
-    except OSError as error:
-        raise LatentError(f"{path}: the map cannot be read ({reason(error)}).") from error
     except (ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
         raise LatentError(f"{path}: the file is no map, or damaged ({error}).") from error
     if found != key:

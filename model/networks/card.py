@@ -9,7 +9,7 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
-from model.errors import CheckpointError, TfscopeError, reason
+from model.errors import CheckpointError, TfscopeError, os_errors_as
 from model.files import write_atomically
 from model.json_files import MalformedError, build, read_json
 from model.networks.size import NetworkSize
@@ -53,9 +53,8 @@ def read_header(folder: Path) -> dict[str, Any]:
             "give the folder of a trained model."
         )
     try:
-        header = read_json(path)
-    except OSError as error:
-        raise CheckpointError(f"{path}: the file cannot be read ({reason(error)}).") from error
+        with os_errors_as(CheckpointError, f"{path}: the file cannot be read"):
+            header = read_json(path)
     except MalformedError as error:
         raise CheckpointError(
             f"{path}: the file is damaged ({error}); copy the model folder again."
@@ -92,10 +91,8 @@ def add_metrics(folder: Path, **metrics: Any) -> None:
     """Write further metrics into a model's card; raise :class:`CheckpointError` if it cannot be."""
     header = read_header(folder)
     header["metrics"] = {**card_of(folder, header).metrics, **metrics}
-    try:
+    with os_errors_as(CheckpointError, f"{folder}: the card cannot be written"):
         write_header(folder, header)
-    except OSError as error:
-        raise CheckpointError(f"{folder}: the card cannot be written ({reason(error)}).") from error
 
 
 def card_of(folder: Path, header: dict[str, Any]) -> ModelCard:
@@ -127,10 +124,8 @@ def read_weights(folder: Path, header: dict[str, Any]) -> bytes:
     path = folder / str(header.get("weights", ""))[:LONGEST_NAME]
     if path.parent != folder or not path.is_file():
         raise CheckpointError(f"{folder}: the weights '{path.name}' are missing; copy them too.")
-    try:
+    with os_errors_as(CheckpointError, f"{path}: the weights cannot be read"):
         content = path.read_bytes()
-    except OSError as error:
-        raise CheckpointError(f"{path}: the weights cannot be read ({reason(error)}).") from error
     if hashlib.sha256(content).hexdigest() != header.get("sha256"):
         raise CheckpointError(
             f"{path}: the weights are truncated or altered (their SHA-256 differs from "

@@ -17,7 +17,7 @@ import torch
 from torch import Tensor, nn
 from torch.overrides import TorchFunctionMode
 
-from model.errors import CheckpointError, reason
+from model.errors import CheckpointError, os_errors_as
 from model.files import write_atomically
 from model.networks.card import ModelCard, card_of, read_header, read_weights, write_header
 from model.networks.generator_network import GeneratorNetwork
@@ -33,7 +33,8 @@ def save_model(folder: Path, card: ModelCard, network: GeneratorNetwork) -> None
     content = safetensors.torch.save(weights)
     digest = hashlib.sha256(content).hexdigest()
     name = f"generator-{digest[:12]}.safetensors"
-    try:
+    what = f"{folder}: the model cannot be written"
+    with os_errors_as(CheckpointError, what, "choose another folder"):
         folder.mkdir(parents=True, exist_ok=True)
         write_atomically(folder / name, content)
         write_header(
@@ -43,10 +44,6 @@ def save_model(folder: Path, card: ModelCard, network: GeneratorNetwork) -> None
         for old in folder.glob("generator-*.safetensors"):
             if old.name != name:
                 old.unlink()
-    except OSError as error:
-        raise CheckpointError(
-            f"{folder}: the model cannot be written ({reason(error)}); choose another folder."
-        ) from error
 
 
 def load_model(folder: Path) -> tuple[ModelCard, GeneratorNetwork]:

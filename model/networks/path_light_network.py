@@ -18,7 +18,7 @@ import safetensors.torch
 import torch
 from torch import Tensor, nn
 
-from model.errors import CheckpointError, reason
+from model.errors import CheckpointError, os_errors_as
 from model.files import write_atomically
 from model.networks.checkpoint import half_precision, network_with
 
@@ -133,13 +133,10 @@ def save_path_light(path: Path, card: PathLightCard, network: PathLightNetwork) 
     weights = {name: half_precision(value) for name, value in network.state_dict().items()}
     about = {FORMAT: VERSION, **asdict(card)}
     content = safetensors.torch.save(weights, {FORMAT: json.dumps(about, allow_nan=False)})
-    try:
+    what = f"{path}: the network cannot be written"
+    with os_errors_as(CheckpointError, what, "choose another file"):
         path.parent.mkdir(parents=True, exist_ok=True)
         write_atomically(path, content)
-    except OSError as error:
-        raise CheckpointError(
-            f"{path}: the network cannot be written ({reason(error)}); choose another file."
-        ) from error
 
 
 def load_path_light(path: Path) -> tuple[PathLightCard, PathLightNetwork]:
@@ -147,12 +144,11 @@ def load_path_light(path: Path) -> tuple[PathLightCard, PathLightNetwork]:
 
     Raises :class:`CheckpointError` if the file is missing, damaged, or of another network.
     """
+    what = f"{path}: the network cannot be read"
     try:
-        with safetensors.safe_open(path, "pt") as file:
+        with os_errors_as(CheckpointError, what), safetensors.safe_open(path, "pt") as file:
             about = json.loads((file.metadata() or {}).get(FORMAT, "null"))
             weights = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118
-    except OSError as error:
-        raise CheckpointError(f"{path}: the network cannot be read ({reason(error)}).") from error
     except (safetensors.SafetensorError, ValueError) as error:
         raise CheckpointError(
             f"{path}: the file is damaged ({error}); copy or install it again."

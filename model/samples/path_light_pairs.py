@@ -10,13 +10,14 @@ import zipfile
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from io import BytesIO
+from itertools import product
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from model.errors import DatasetError, reason
+from model.errors import DatasetError, os_errors_as
 from model.files import write_atomically
 from model.rendering.path_tracing.denoising import available, denoise
 from model.rendering.path_tracing.renderer import PathTracer
@@ -147,18 +148,16 @@ def write_pairs(
         raise DatasetError("Pairs need Open Image Denoise, which is not installed here.")
     drawers = [PairDrawer(volume, many) for volume in volumes]
     try:
-        folder.mkdir(parents=True, exist_ok=True)
-        for number in range(blocks):
-            for volume, drawer in zip(volumes, drawers, strict=True):
+        with os_errors_as(DatasetError, f"{folder}: pairs cannot be written"):
+            folder.mkdir(parents=True, exist_ok=True)
+            for number, (volume, drawer) in product(
+                range(blocks), [*zip(volumes, drawers, strict=True)]
+            ):
                 path = folder / f"{volume.fingerprint[:12]}-{seed}-{number:04d}.npz"
-                if path.exists():
-                    continue
-                pairs = drawer.block(seed, number)
+                pairs = None if path.exists() else drawer.block(seed, number)
                 if pairs is not None:
                     write_block(path, pairs)
                     yield path
-    except OSError as error:
-        raise DatasetError(f"{folder}: pairs cannot be written ({reason(error)}).") from error
     finally:
         for drawer in drawers:
             drawer.close()

@@ -27,7 +27,7 @@ import zarr
 from numpy.typing import NDArray
 from zarr.codecs import Crc32cCodec, ZstdCodec
 
-from model.errors import DatasetError, first_line, reason
+from model.errors import DatasetError, first_line, os_errors_as
 from model.samples.sampling import Split
 from model.scene.inputs import Arrays, varying
 from model.scene.scene import FORMAT_VERSION, Scene
@@ -210,15 +210,12 @@ class SampleStore:
             if lost := self._lost(split, number):
                 block = _blocks(self.count(split))[number]
                 raise self._damaged(split, block, f"{lost} is missing")
+        remedy = "make the data set available again, or make it anew"
         try:
-            return SampleBatch.of(
-                {n: np.asarray(self._array(split, n)[span]) for n in _shapes(self.scene)}
-            )
-        except OSError as error:
-            raise DatasetError(
-                f"{self.path}: samples cannot be read ({reason(error)}); "
-                "make the data set available again, or make it anew."
-            ) from error
+            with os_errors_as(DatasetError, f"{self.path}: samples cannot be read", remedy):
+                names = _shapes(self.scene)
+                arrays = {n: np.asarray(self._array(split, n)[span]) for n in names}
+            return SampleBatch.of(arrays)
         except DatasetError:
             raise
         except Exception as error:
@@ -228,15 +225,11 @@ class SampleStore:
     def write_block(self, split: Split, block: range, batch: SampleBatch) -> None:
         """Write one block and then mark it complete."""
         span = slice(block.start, block.stop)
-        try:
+        remedy = "make room and start again to go on"
+        with os_errors_as(DatasetError, f"{self.path}: samples cannot be written", remedy):
             for name, values in batch.arrays.items():
                 self._array(split, name)[span] = values
             self._array(split, "complete")[block.start // BLOCK] = len(block)
-        except OSError as error:
-            raise DatasetError(
-                f"{self.path}: samples cannot be written ({reason(error)}); "
-                "make room and start again to go on."
-            ) from error
 
     def _lost(self, split: Split, number: int) -> str:
         """Return the file that a block lacks, by its number; empty if it is whole."""
@@ -344,7 +337,8 @@ def _blocks(count: int) -> list[range]:
 def _create_store(path: Path, scene: Scene, seed: int) -> None:
     """Create an empty store atomically, by renaming a temporary folder."""
     partial = path.with_name(path.name + ".partial")
-    try:
+    what = f"{path}: the data set cannot be written"
+    with os_errors_as(DatasetError, what, "choose another place"):
         root = zarr.open_group(partial, mode="w")
         root.attrs.update(
             {"tfscope_dataset": FORMAT_VERSION, "seed": seed, "scene": scene.to_json()}
@@ -354,10 +348,6 @@ def _create_store(path: Path, scene: Scene, seed: int) -> None:
         if path.exists():
             path.rmdir()
         partial.rename(path)
-    except OSError as error:
-        raise DatasetError(
-            f"{path}: the data set cannot be written ({reason(error)}); choose another place."
-        ) from error
 
 
 def _shapes(scene: Scene) -> dict[str, tuple[tuple[int, ...], str]]:

@@ -19,7 +19,7 @@ import numpy as np
 from msgspec import Meta
 from numpy.typing import ArrayLike, NDArray
 
-from model.errors import TransferFunctionError, reason
+from model.errors import TransferFunctionError, os_errors_as
 from model.files import write_atomically
 from model.json_files import MalformedError, build, read_json
 from model.scene.value_scale import ValueScale
@@ -231,22 +231,17 @@ class TransferFunction:
 
     def save(self, path: Path) -> None:
         """Write the file; an existing one is replaced only once the new one is complete."""
-        try:
+        what = f"{path}: the TF cannot be written"
+        with os_errors_as(TransferFunctionError, what, "choose another place"):
             write_atomically(path, (json.dumps(self.to_json(), indent=2) + "\n").encode())
-        except OSError as error:
-            raise TransferFunctionError(
-                f"{path}: the TF cannot be written ({reason(error)}); choose another place."
-            ) from error
 
     @classmethod
     def load(cls, path: Path) -> TransferFunction:
         """Read a file of :meth:`save`; raise :class:`TransferFunctionError` for any other."""
         try:
-            return cls.from_json(read_json(path))
-        except OSError as error:
-            raise TransferFunctionError(
-                f"{path}: the TF file cannot be read ({reason(error)})."
-            ) from error
+            with os_errors_as(TransferFunctionError, f"{path}: the TF file cannot be read"):
+                content = read_json(path)
+            return cls.from_json(content)
         except MalformedError as error:
             raise TransferFunctionError(f"{path}: the file is not valid JSON ({error}).") from error
         except TransferFunctionError as error:

@@ -12,7 +12,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from model.errors import RenderError, reason
+from model.errors import RenderError, os_errors_as
 from model.files import write_atomically
 from model.scene.transfer_function import TF_SAMPLES, Range
 from model.scene.value_scale import ValueScale, values_at
@@ -76,10 +76,8 @@ def save_numbers(path: Path, result: SensitivityResult) -> None:
     if suffix not in NUMBER_SUFFIXES:
         raise RenderError(f"{path}: numbers are written to a .npz or a .csv file; name one.")
     content = _npz(result) if suffix == ".npz" else _csv(result)
-    try:
+    with os_errors_as(RenderError, f"{path}: it cannot be written"):
         write_atomically(path, content)
-    except OSError as error:
-        raise RenderError(f"{path}: it cannot be written ({reason(error)}).") from error
 
 
 def _npz(result: SensitivityResult) -> bytes:

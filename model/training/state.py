@@ -10,7 +10,7 @@ import json
 import signal
 import threading
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from types import FrameType
@@ -22,7 +22,7 @@ import torch
 from filelock import FileLock, Timeout
 from torch import Tensor
 
-from model.errors import TrainingError, reason
+from model.errors import TrainingError, os_errors_as
 from model.files import write_atomically
 from model.json_files import read_json
 from model.training.stage import Stage
@@ -180,28 +180,25 @@ LOCK_FILE = "training.lock"
 def training_in(folder: Path) -> Iterator[None]:
     """Keep other processes from training in a folder."""
     lock = FileLock(folder / LOCK_FILE, timeout=0)
-    try:
+    with writing(folder):
         folder.mkdir(parents=True, exist_ok=True)
-        lock.acquire()
-    except Timeout:
-        raise TrainingError(
-            f"{folder}: another process is training there; wait for it, stop it, "
-            "or choose another folder."
-        ) from None
-    except OSError as error:
-        raise unwritable(folder, error) from error
+        try:
+            lock.acquire()
+        except Timeout:
+            raise TrainingError(
+                f"{folder}: another process is training there; wait for it, stop it, "
+                "or choose another folder."
+            ) from None
     try:
         yield
     finally:
         lock.release()
 
 
-def unwritable(folder: Path, error: OSError) -> TrainingError:
-    """Return the error for a run's folder that cannot be written."""
-    return TrainingError(
-        f"{folder}: the run cannot be written ({reason(error)}); "
-        "make room or choose another folder."
-    )
+def writing(folder: Path) -> AbstractContextManager[None]:
+    """Raise :class:`TrainingError` where a run's folder cannot be written."""
+    what = f"{folder}: the run cannot be written"
+    return os_errors_as(TrainingError, what, "make room or choose another folder")
 
 
 @contextmanager

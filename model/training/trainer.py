@@ -11,10 +11,9 @@ import os
 import platform
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, nullcontext
+from contextlib import nullcontext
 from dataclasses import replace
 from importlib.metadata import version
-from pathlib import Path
 
 import numpy as np
 
@@ -56,7 +55,7 @@ from model.training.state import (
     load_stage,
     save_state,
     training_in,
-    unwritable,
+    writing,
 )
 
 FIRST_SAVE_S = 10.0  # after which a run is first saved, so that a kill loses no more
@@ -82,15 +81,6 @@ def train(
             _Run(plan, resume, on_report).train()
     finally:
         plan.source.close()
-
-
-@contextmanager
-def _writing(folder: Path) -> Iterator[None]:
-    """Convert :class:`OSError` to :class:`TrainingError`."""
-    try:
-        yield
-    except OSError as error:
-        raise unwritable(folder, error) from error
 
 
 class _Run:
@@ -236,7 +226,7 @@ class _Run:
         names = dict.fromkeys(name for losses in recent for name in losses)
         losses = {k: float(np.mean([r[k] for r in recent if k in r])) for k in names}
         sheet = self.plan.folder / "sheets" / f"{self.progress.samples:09d}.png"
-        with _writing(self.plan.folder):
+        with writing(self.plan.folder):
             measured = self.probe.measure(self._generator(), sheet)
             self.metrics = {name: measured[name] for name in MEASURES}
             self.log.write(self.progress, losses, measured)
@@ -251,7 +241,7 @@ class _Run:
         self.progress.seconds = time.monotonic() - self._started
         name = self.progress.stage
         begun = self.schedule.begun(name)
-        with _writing(self.plan.folder):
+        with writing(self.plan.folder):
             save_state(self.plan.folder, self.progress, self.plan.recipe(), begun)
             if name not in ("opacity", "small") and begun[-1].steps:
                 save_model(self.plan.folder, self._card(), self._generator())

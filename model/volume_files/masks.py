@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from model.errors import TfscopeError, VolumeError, reason
+from model.errors import TfscopeError, VolumeError, os_errors_as
 from model.files import write_atomically
 from model.scene.mask import Mask
 from model.scene.volume import Volume
@@ -30,13 +30,10 @@ def write_mask(path: Path, mask: Mask, volume: Volume) -> None:
     labels = mask.shown.view(np.uint8)
     name = path.name.lower()
     content = _nifti(labels, volume) if name.endswith(SUFFIXES[1:]) else _nrrd(labels, volume)
-    try:
+    what = f"{path}: the mask cannot be written"
+    with os_errors_as(TfscopeError, what, "choose another place"):
         path.parent.mkdir(parents=True, exist_ok=True)
         write_atomically(path, gzip.compress(content, 1) if name.endswith(".gz") else content)
-    except OSError as error:
-        raise TfscopeError(
-            f"{path}: the mask cannot be written ({reason(error)}); choose another place."
-        ) from error
 
 
 def read_labels(path: Path) -> tuple[Volume, list[float]]:
