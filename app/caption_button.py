@@ -37,8 +37,6 @@ class CaptionButton(QToolButton):
         self.setSizePolicy(QSizePolicy.Policy.Maximum, QSizePolicy.Policy.Fixed)
         self.setCursor(Qt.CursorShape.ArrowCursor)
         self.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
-        # After a click, keys such as W are the window's again.
-        self.setFocusPolicy(Qt.FocusPolicy.TabFocus)
 
     @property
     def title(self) -> str:

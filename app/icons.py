@@ -66,8 +66,6 @@ class IconButton(QToolButton):
         self.setAccessibleName(name)
         first = f"{name} ({key})" if key else name
         self.setToolTip(f"{first}\n{tip}" if tip else first)
-        # After a click, keys such as W are the window's again.
-        self.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self.set_caption(text)
         self._draw()
 

@@ -49,8 +49,6 @@ class Chip(QToolButton):
         self.setFixedHeight(24)
         self.setIconSize(_ICON)
         self.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
-        # After a click, keys such as W are the window's again.
-        self.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self.set_caption(name)
 
     def set_caption(self, text: str) -> None:

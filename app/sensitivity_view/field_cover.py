@@ -56,8 +56,6 @@ class ColorBar(QToolButton):
         self.setFont(font)
         self.setFixedHeight(HEIGHT)
         self.setCursor(Qt.CursorShape.ArrowCursor)
-        # After a click, keys such as W are the window's again.
-        self.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self.clicked.connect(self._toggle_lock)
         canvas.installEventFilter(self)
         self.hide()
@@ -282,38 +280,27 @@ class FieldCover(QObject):
         self._changed()
 
     def _cover(self, answer: Answer[Any], image: NDArray[np.float32]) -> None:
-        if isinstance(answer.request, ValueVisibilityRequest):
-            self._cover_visible(answer, image)
-            return
-        measure = self._asked.choices.measure
-        field = self._shown(answer)
+        is_part = isinstance(answer.request, ValueVisibilityRequest)
+        measure: Shown = "visible" if is_part else self._asked.choices.measure
         if not self._keeps_scale or self._shown_as != measure:
             # One scale for exact and learned fields, so that their colours can be compared.
-            every = (self._shown(each) for each in (answer, *self._asker.both_fields))
-            self._scale = max(scale_of(middle_square(each)) for each in every)
-        field, image = _square_together(field, image)
+            every = (answer,) if is_part else (answer, *self._asker.both_fields)
+            least = LEAST_SEEN if is_part else FLOOR
+            self._scale = max(scale_of(middle_square(self._shown(each)), least) for each in every)
+        field, image = _square_together(self._shown(answer), image)
         colored = overlay(image, _resized(field, image), self._scale, measure)
-        self._caption = self._described(answer)
-        self._show(colored, measure, f"change per .01 of opacity, {answer.source}")
-        band = self._asked.band
-        if band is not None:
-            values = self._state.range_text(band.values)
-            self._name(f"What an edit at {values} changes", answer)
-
-    def _cover_visible(self, answer: Answer[Any], image: NDArray[np.float32]) -> None:
-        field = np.asarray(answer.value, dtype=np.float64)
-        if not self._keeps_scale or self._shown_as != "visible":
-            self._scale = scale_of(middle_square(field), LEAST_SEEN)
-        field, image = _square_together(field, image)
-        colored = overlay(image, _resized(field, image), self._scale, "visible")
         values = self._state.range_text(answer.request.values)
-        self._caption = (
-            f"{100 * self._scale:.0f} %: part of a pixel that shows {values}{self._way_back}"
-        )
-        self._show(colored, "visible", "of the pixel")
-        self._name(f"Where {values} is visible", answer)
-
-    def _name(self, title: str, answer: Answer[Any]) -> None:
+        if is_part:
+            self._caption = f"{100 * self._scale:.0f} %: part of a pixel that shows {values}"
+            title, meaning = f"Where {values} is visible", "of the pixel"
+        else:
+            self._caption = self._described(answer)
+            title = f"What an edit at {values} changes"
+            meaning = f"change per .01 of opacity, {answer.source}"
+        band = self._asked.band
+        if band is not None and band.kept:
+            self._caption += "; Escape returns to the image"
+        self._show(colored, measure, meaning)
         self.pane.name_cover(title, answer.source, self._caption)
 
     @property
@@ -321,15 +308,11 @@ class FieldCover(QObject):
         is_moving = self._state.live or self._asked.dragging
         return is_moving or self._asked.choices.locked
 
-    @property
-    def _way_back(self) -> str:
-        band = self._asked.band
-        is_kept = band is not None and band.kept
-        return "; Escape returns to the image" if is_kept else ""
-
     def _shown(self, answer: Answer[Any]) -> NDArray[np.float64]:
         """Field in the displayed unit."""
         request = answer.request
+        if isinstance(request, ValueVisibilityRequest):
+            return np.asarray(answer.value, dtype=np.float64)
         edit = edit_over(request.values, self._state.scalar_range, request.width)
         return shown_field(answer.value, edit, self._asked.choices.measure)
 
@@ -338,20 +321,17 @@ class FieldCover(QObject):
         text = f"{short(self._scale)}{end}: slope per +.01 opacity, {answer.source}"
         if answer.source == "learned" and self._hint:
             text += ", outside what it was trained on"
-        return text + self._way_back
-
-
-def _is_square(image: NDArray[np.floating]) -> bool:
-    return image.shape[0] == image.shape[1]
+        return text
 
 
 def _square_together(
     field: NDArray[np.float64], image: NDArray[np.float32]
 ) -> tuple[NDArray[np.float64], NDArray[np.float32]]:
     """Cut to the middle square what is wider than the other: the generator's is square."""
-    if _is_square(image):
+    height, width = image.shape[:2]
+    if height == width:
         return middle_square(field), image
-    return field, middle_square(image) if _is_square(field) else image
+    return field, middle_square(image) if field.shape[0] == field.shape[1] else image
 
 
 def _resized(field: NDArray[np.float64], image: NDArray[np.float32]) -> NDArray[np.float64]:

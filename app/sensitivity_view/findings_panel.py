@@ -57,8 +57,6 @@ class AddButton(QToolButton):
         self.setToolTip(
             f"Add a mode at {place}: with the listed opacity and the colour of the TF there"
         )
-        # After a click, keys such as R are the window's again.
-        self.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self.setPopupMode(QToolButton.ToolButtonPopupMode.MenuButtonPopup)
         menu = QMenu(self)
         add_action(menu, "In a colour that stands out", partial(add, True))

@@ -260,19 +260,17 @@ class RegionLayer(QObject):
     def _paint_place(self, painter: QPainter, rect: QRect) -> None:
         if self._state.place is None:
             return
-        x, y = self._state.place
-        at = QPointF(rect.left() + x * rect.width(), rect.top() + y * rect.height())
+        at = _point(self._state.place, rect)
         for color, width in ((theme.ON_IMAGE.window, 3.5), (theme.ON_IMAGE.text, 1.5)):
             painter.setPen(QPen(QColor(color), width))
             painter.drawEllipse(at, MARK, MARK)
 
     def _polygon(self, outline: Outline, rect: QRect) -> QPolygonF:
-        return QPolygonF(
-            [
-                QPointF(rect.left() + x * rect.width(), rect.top() + y * rect.height())
-                for x, y in outline.points
-            ]
-        )
+        return QPolygonF([_point(place, rect) for place in outline.points])
+
+
+def _point(place: tuple[float, float], rect: QRect) -> QPointF:
+    return QPointF(rect.left() + place[0] * rect.width(), rect.top() + place[1] * rect.height())
 
 
 def name_corners(

@@ -39,8 +39,6 @@ class PeakFlag(QToolButton):
         self.number = number
         self.setProperty("role", "change flag")
         self.setFixedHeight(FLAG_HEIGHT)
-        # After a click, keys such as W are the window's again.
-        self.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self.setCursor(Qt.CursorShape.PointingHandCursor)
         # Two clicks on one that is dim are no double click in the plot.
         self.setAttribute(Qt.WidgetAttribute.WA_NoMousePropagation)

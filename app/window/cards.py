@@ -162,8 +162,6 @@ class UpAxisCard(Card):
             button.setIconSize(QSize(ICON, ICON))
             button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextUnderIcon)
             button.setAccessibleName(f"{axis} is up")
-            # After a click the card is gone, and another button would have its focus.
-            button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         head = fill(QHBoxLayout(), label("Which way is up?", "title"), 0, self.leave)
         pictures = fill(QHBoxLayout(), *self._buttons.values(), spacing=4)
         fill(QVBoxLayout(self), head, pictures, margins=(12, 4, 8, 8), spacing=2)
