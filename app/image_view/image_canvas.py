@@ -89,7 +89,9 @@ def paint_progress(painter: QPainter, rect: QRect, progress: float) -> None:
     painter.fillRect(line, QColor(theme.ON_IMAGE.change))
 
 
-def to_qimage(rgba: NDArray[np.float32], brightness: float = 1.0, *, clear: bool = False) -> QImage:
+def to_qimage(
+    rgba: NDArray[np.floating], brightness: float = 1.0, *, clear: bool = False
+) -> QImage:
     """Convert premultiplied colours (H, W, 4), or opaque ones (H, W, 3), to an image.
 
     It is on black, or clear where nothing is. Values outside [0, 1] are clipped, and pixels with

@@ -6,7 +6,7 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QRect
+from PySide6.QtCore import QRect, Qt
 from PySide6.QtGui import QColor, QImage, QLinearGradient, QPainter
 
 from model.errors import RenderError
@@ -35,15 +35,12 @@ def compose(
     """
     height, width = rgba.shape[:2]
     if background == "gradient":
-        return _over_gradient(compose(rgba, None, brightness))
-    formats = QImage.Format
-    opaque, clear = formats.Format_RGB888, formats.Format_RGBA8888_Premultiplied
-    image = QImage(width, height, clear if background is None else opaque)
-    if image.isNull():
-        raise RenderError(
-            f"A picture of {width} × {height} pixels does not fit into the memory; "
-            "choose a smaller one."
-        )
+        image = empty_picture(width, height, background)
+        painter = QPainter(image)
+        painter.drawImage(0, 0, compose(rgba, None, brightness))
+        painter.end()
+        return image
+    image = empty_picture(width, height, background)
     channels = 4 if background is None else 3
     stored = np.frombuffer(image.bits(), np.uint8).reshape(height, image.bytesPerLine())
     levels = stored[:, : width * channels].reshape(height, width, channels)
@@ -61,6 +58,25 @@ def compose(
     return image
 
 
+def empty_picture(width: int, height: int, background: Background | None) -> QImage:
+    """Return a picture of nothing but a background, in :func:`compose`'s format."""
+    formats = QImage.Format
+    opaque, clear = formats.Format_RGB888, formats.Format_RGBA8888_Premultiplied
+    image = QImage(width, height, clear if background is None else opaque)
+    if image.isNull():
+        raise RenderError(
+            f"A picture of {width} × {height} pixels does not fit into the memory; "
+            "choose a smaller one."
+        )
+    if background is None:
+        image.fill(Qt.GlobalColor.transparent)
+        return image
+    painter = QPainter(image)
+    paint_background(painter, image.rect(), background)
+    painter.end()
+    return image
+
+
 def paint_background(painter: QPainter, rect: QRect, background: Background) -> None:
     """Fill a rectangle with a background."""
     if background != "gradient":
@@ -70,15 +86,6 @@ def paint_background(painter: QPainter, rect: QRect, background: Background) -> 
     for place, color in enumerate(GRADIENT):
         gradient.setColorAt(place, QColor(*color))
     painter.fillRect(rect, gradient)
-
-
-def _over_gradient(image: QImage) -> QImage:
-    result = QImage(image.size(), QImage.Format.Format_RGB888)
-    painter = QPainter(result)
-    paint_background(painter, result.rect(), "gradient")
-    painter.drawImage(0, 0, image)
-    painter.end()
-    return result
 
 
 def _put_over(band: NDArray[np.float32], background: tuple[int, int, int] | None) -> None:

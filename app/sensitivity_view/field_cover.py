@@ -152,9 +152,7 @@ def paint_bar(painter: QPainter, rect: QRect, right: int, measure: Shown, text: 
 
 
 def _shades(measure: Shown) -> QImage:
-    width = BAR.width()
-    colors = np.ascontiguousarray(np.rint(255 * color_bar(measure, width)).astype(np.uint8)[None])
-    return QImage(colors.data, width, 1, 3 * width, QImage.Format.Format_RGB888).copy()
+    return to_qimage(color_bar(measure, BAR.width())[None])
 
 
 KEPT_S = 1.0  # time for which images wait for their field; the newest one as long as it is
@@ -271,7 +269,7 @@ class FieldCover(QObject):
     def _show(self, colored: NDArray[np.float64], measure: Shown, meaning: str) -> None:
         """Cover the image by a picture, whose colours are said in the bar."""
         self._shown_as = measure
-        self.pane.canvas.cover = to_qimage(colored.astype(np.float32))
+        self.pane.canvas.cover = to_qimage(colored)
         high = f"{100 * self._scale:.0f} %" if measure == "visible" else short(self._scale)
         texts = ("0", high, meaning)
         if measure == "signed":

@@ -23,9 +23,9 @@ from PySide6.QtGui import (
     QPolygonF,
 )
 
-from app.image_view.picture import Background, compose, paint_background
+from app.image_view.image_canvas import to_qimage
+from app.image_view.picture import Background, compose, empty_picture
 from app.tf_editor.unit_axis import ticks
-from model.errors import RenderError
 from model.rendering.raster import at_size_of
 from model.rendering.scale_bar import Scale, ScaleBar
 from model.scene.inputs import SceneInputs
@@ -158,10 +158,6 @@ def paint_difference_bar(
     if not text:
         return
     pens = _pens(painter, text, background)
-    colors = np.rint(255 * color_bar(compared.measure, SHADES)).astype(np.uint8)[None]
-    strip = QImage(
-        np.ascontiguousarray(colors).data, SHADES, 1, 3 * SHADES, QImage.Format.Format_RGB888
-    )
     metrics = QFontMetricsF(sized_font(painter, text))
     width = min(12 * text, 0.4 * rect.width())
     right, bottom = rect.right() - 1.2 * text, rect.bottom() - 2.6 * text
@@ -169,7 +165,7 @@ def paint_difference_bar(
     outline = QPainterPath()
     outline.addRect(bar)
     pens.stroke(outline)
-    painter.drawImage(bar, strip)
+    painter.drawImage(bar, to_qimage(color_bar(compared.measure, SHADES)[None]))
     first, last = compared.ends
     title = metrics.elidedText(
         compared.title, Qt.TextElideMode.ElideRight, rect.width() - 2.4 * text
@@ -259,13 +255,11 @@ def _paint_colors(
 ) -> None:
     """Paint the strip of colours and the curve of opacities, the highest value at the top."""
     # One row per value, from the top.
-    colors = np.rint(255 * tf.color.sample(count=SAMPLES)[::-1]).astype(np.uint8)
-    pixels = np.ascontiguousarray(colors[:, None])
-    strip = QImage(pixels.data, 1, SAMPLES, 3, QImage.Format.Format_RGB888)
+    colors = tf.color.sample(count=SAMPLES)[::-1]
     outline = QPainterPath()
     outline.addRect(bar)
     pens.stroke(outline)
-    painter.drawImage(bar, strip)
+    painter.drawImage(bar, to_qimage(colors[:, None]))
 
     opacities = tf.opacity.sample(count=SAMPLES)[::-1]
     peak = float(opacities.max())
@@ -280,7 +274,7 @@ def _paint_colors(
     curve.closeSubpath()
     gradient = QLinearGradient(profile.topLeft(), profile.bottomLeft())
     for index in range(0, SAMPLES, 5):
-        gradient.setColorAt(index / (SAMPLES - 1), QColor(*map(int, colors[index])))
+        gradient.setColorAt(index / (SAMPLES - 1), QColor.fromRgbF(*map(float, colors[index])))
     pens.stroke(curve)
     painter.fillPath(curve, QBrush(gradient))
 
@@ -386,7 +380,7 @@ def figure(
     if len(shown) == 1 and (shown[0][1].width(), shown[0][1].height()) == (look.width, look.height):
         result = shown[0][1]
     else:
-        result = _empty(look)
+        result = empty_picture(look.width, look.height, look.background)
     painter = QPainter(result)
     painter.setRenderHints(
         QPainter.RenderHint.Antialiasing | QPainter.RenderHint.SmoothPixmapTransform
@@ -515,23 +509,3 @@ def _fitted(image: QImage, place: QRect) -> QRect:
     rect = QRect(0, 0, size.width(), size.height())
     rect.moveCenter(place.center())
     return rect
-
-
-def _empty(look: FigureLook) -> QImage:
-    formats = QImage.Format
-    kind = (
-        formats.Format_RGBA8888_Premultiplied if look.background is None else formats.Format_RGB888
-    )
-    image = QImage(look.width, look.height, kind)
-    if image.isNull():
-        raise RenderError(
-            f"A picture of {look.width} × {look.height} pixels does not fit into the memory; "
-            "choose a smaller one."
-        )
-    if look.background is None:
-        image.fill(Qt.GlobalColor.transparent)
-    else:
-        painter = QPainter(image)
-        paint_background(painter, image.rect(), look.background)
-        painter.end()
-    return image

@@ -6,7 +6,6 @@ from dataclasses import replace
 from functools import partial
 from typing import Literal
 
-import numpy as np
 from PySide6.QtCore import QObject, QRect
 from PySide6.QtGui import QImage, QPainter
 
@@ -206,7 +205,7 @@ class ImageError(QObject):
         self.pane.set_note(said, tip, is_unusual)
         self._compared, self._difference = compared, None
         if self._is_wanted:
-            self._difference = to_qimage(compared.colored.astype(np.float32))
+            self._difference = to_qimage(compared.colored)
         self.pane.canvas.update()
 
     def set_wanted(self, wanted: bool) -> None:
