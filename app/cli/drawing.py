@@ -104,8 +104,6 @@ class Drawer:
 
 def render_to_file(asked: Render) -> None:
     """Render an image or a movie and write it, replacing an existing file."""
-    if asked.light is not None and asked.lighting == "none":
-        raise RenderError("An unlit image has no light to be moved.", lighting="direct")
     if asked.is_array and (asked.legend or asked.scale_bar):
         raise RenderError(f"{asked.out}: an array has no legend or scale bar; choose .png.")
     if asked.is_movie and asked.background is None:
