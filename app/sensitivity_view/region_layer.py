@@ -382,9 +382,9 @@ class PlaceLabel(QFrame):
     def _row_of(self, number: int) -> str:
         """What can be done with a piece, as a row of the table."""
         piece = self._finder.pieces[number]
-        what = "Connected"
+        what = "Piece"
         if piece.values is not None:
-            what = f"of {self._asker.state.range_text(piece.values)}"
+            what = f"Piece of {self._asker.state.range_text(piece.values)}"
         color = theme.ON_IMAGE.change
         does = " · ".join(
             f"<a href='{deed}{number}' style='color: {color}'>{text}</a>"

@@ -136,6 +136,7 @@ class SliceView(pg.GraphicsView):  # type: ignore[misc]
         self._box.addItem(self._rectangle, ignoreBounds=True)
         self.number = WholeNumberBox(self.viewport())
         self.number.move(PLACE, PLACE)
+        self.number.lineEdit().setTextMargins(4, 0, 4, 0)
         self.number.valueChanged.connect(self._go_to)
         self.setCacheMode(self.CacheModeFlag.CacheNone)
         self.setMinimumSize(120, 90)
