@@ -46,11 +46,13 @@ class PieceFinder(QObject):
 
     def show_alone(self, piece: Piece) -> None:
         """Show a piece, and nothing else: an edit that can be undone."""
-        self._mask(piece.alone, "isolate piece", f"Only the piece of {self.space_of(piece)} shows.")
+        self._mask(
+            piece.alone, "isolate piece", f"Only this piece of {self.space_of(piece)} is shown."
+        )
 
     def cut_away(self, piece: Piece) -> None:
         """Show what there is but a piece: an edit that can be undone."""
-        self._mask(piece.cut, "cut piece away", f"{self.space_of(piece)} are cut away.")
+        self._mask(piece.cut, "cut piece away", f"A piece of {self.space_of(piece)} is cut away.")
 
     def _mask(self, change: Callable[[Mask | None], Mask | None], name: str, said: str) -> None:
         try:
@@ -59,7 +61,7 @@ class PieceFinder(QObject):
             self._say(str(error))
             return
         self._state.mask_input.set(mask, name)
-        self._say(f"{said} Undo, or View > Show all voxels, brings the rest back.")
+        self._say(f"{said} Undo or View > Show all voxels shows everything again.")
 
     def _follow(self, what: str) -> None:
         if what == "place":
