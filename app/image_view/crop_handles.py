@@ -304,10 +304,7 @@ class CropHandles(QObject):
             pens = [QPen(QColor(theme.ON_IMAGE.disabled), 1.0, Qt.PenStyle.DashLine)]
             if not edge.is_behind:
                 # A dark line beneath, so that it is seen on bright pictures, too.
-                pens = [
-                    QPen(QColor(theme.ON_IMAGE.window), 3.0),
-                    QPen(QColor(edge.color), 1.2),
-                ]
+                pens = [QPen(QColor(theme.ON_IMAGE.window), 3.0), QPen(QColor(edge.color), 1.2)]
             for pen in pens:
                 painter.setPen(pen)
                 painter.drawLine(self._on_canvas(edge.start), self._on_canvas(edge.end))
@@ -364,14 +361,14 @@ def _plane_handles(
     clip: ClipPlane, base: NDArray[np.float64], projection: Projection
 ) -> list[Handle]:
     line = _normal_line(clip, base, projection)
-    depths, found = projection.depths(line), list[Handle]()
-    sine = math.sqrt(max(0.0, 1 - float(projection.sight(base) @ clip.normal) ** 2))
-    for (axis, side), point, depth in zip((MOVES, TURNS), line, depths, strict=True):
-        # Along the line of sight there is no way to move.
-        if depth > NEAREST_DEPTH and (side or sine >= LEAST_SINE):
-            place = _place(projection.places(point[None])[0])
-            found.append(Handle(axis, side, place, float(depth), False))
-    return found
+    ends = zip((MOVES, TURNS), projection.places(line), projection.depths(line), strict=True)
+    # Along the line of sight there is no way to move.
+    is_along = abs(float(projection.sight(base) @ clip.normal)) > math.sqrt(1 - LEAST_SINE**2)
+    return [
+        Handle(*kind, _place(place), float(depth), False)
+        for kind, place, depth in ends
+        if depth > NEAREST_DEPTH and not (is_along and kind == MOVES)
+    ]
 
 
 def _plane_edges(

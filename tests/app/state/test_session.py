@@ -80,7 +80,8 @@ def test_what_is_no_session_is_refused(tmp_path, change, words):
     ("part", "name", "value"),
     [
         ("memory", "tf", {}), ("memory", "view", {"distance": -1}),
-        ("memory", "crop", {"low": [0, 0, 0], "high": [1, 1, 7]}), ("settings", "cube", 1),
+        ("memory", "crop", {"low": [0, 0, 0], "high": [1, 1, 7]}),
+        ("memory", "clip", {"normal": [0, 0, 0], "offset": 0.5}), ("settings", "cube", 1),
         ("sensitivity", "width", 1e9), ("", "memory", []), ("", "band", [3.0]),
         ("", "browsing", "yes"),
     ],
