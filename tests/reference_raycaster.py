@@ -84,7 +84,10 @@ def cast(volume, view, size, sample_distance, crop=None, is_nearest=False, mask=
     if volume.hidden is not None:
         shown &= ~nearest(volume.hidden, places)
     if mask is not None:
-        shown &= nearest(mask, places)
+        masked = ~mask if volume.hidden is None else ~mask | volume.hidden
+        # A mask's edge lies where half of what is around is masked.
+        share = (nearest if is_nearest else interpolated)(masked.astype(np.float64), places)
+        shown &= share <= 0.5
     values = (nearest if is_nearest else interpolated)(unit_field(volume), places)
     bins = np.where(shown, np.clip(255 * values, 0, 255), np.nan)
     return Rays(bins, shares, along, places, towards)

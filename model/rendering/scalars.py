@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from model.scene.mask import Mask
 from model.scene.transfer_function import Range
 from model.scene.volume import Volume
 
@@ -35,6 +36,11 @@ range lie elsewhere otherwise. But next to an outlier of 1e30, float32 would los
 what is interpolated; this far out, it rounds to 1/256 of a TF bin.
 """
 
+
+MASKED, MISSING = np.uint8(1), np.uint8(2)
+"""Marks of hidden voxels: by a mask, or as nothing was measured there; maybe both."""
+
+NOTHING_HIDDEN = np.empty(0, dtype=np.uint8)
 
 LAYERS = 2  # how many voxels deep missing ones are filled: interpolation reads one, gradients two
 AROUND = np.ones((3, 3, 3), dtype=bool)  # a voxel and its 26 neighbours
@@ -79,6 +85,16 @@ def shown_voxels(volume: Volume) -> NDArray[Any]:
     if volume.hidden is None:
         return volume.voxels
     return filled(volume.voxels, volume.hidden, volume.data_range[0])
+
+
+def marks_of(volume: Volume, mask: Mask | None) -> NDArray[np.uint8]:
+    """Return marks of a volume's voxels that are hidden, as kernels take them; none without any."""
+    missing = volume.hidden
+    if mask is None:
+        return NOTHING_HIDDEN if missing is None else np.ravel(missing) * MISSING
+    marks = np.ravel(~mask.shown) * MASKED
+    # What is both is on either side of no mask's edge.
+    return marks if missing is None else marks | np.ravel(missing) * (MASKED | MISSING)
 
 
 def _clamped_far_out(volume: Volume, voxels: NDArray[Any]) -> NDArray[Any]:

@@ -32,10 +32,10 @@ from model.errors import CannotDrawError, RenderError
 from model.rendering.opacity_correction import per_sample
 from model.rendering.opengl import drawing_errors, offscreen_window
 from model.rendering.raster import Raster
-from model.rendering.scalars import LABEL_NOISE, noise_of, renderable_scalars
+from model.rendering.scalars import LABEL_NOISE, MISSING, marks_of, noise_of, renderable_scalars
 from model.scene.clip_plane import WHOLE_PART, ShownPart
 from model.scene.inputs import SceneInputs
-from model.scene.mask import Mask, hidden_voxels
+from model.scene.mask import Mask
 from model.scene.scene import LightDirection, Lighting
 from model.scene.transfer_function import TF_SAMPLES, Range
 from model.scene.view import View
@@ -106,7 +106,7 @@ class VtkRenderer:
         self._mapper.SetMaskTypeToBinary()
         actor.GetShaderProperty().AddFragmentShaderReplacement(*_hiding(volume))
         self._mask: Mask | None = None
-        self._hide(hidden_voxels(volume, None))
+        self._hide(None)
         if texture_range != tf_range:
             actor.GetShaderProperty().AddFragmentShaderReplacement(
                 *_table_mapping(texture_range, tf_range)
@@ -158,7 +158,7 @@ class VtkRenderer:
         self._point_camera(inputs.view, raster)
         self._show_part(inputs.part)
         if inputs.mask != self._mask:
-            self._hide(hidden_voxels(self._volume, inputs.mask))
+            self._hide(inputs.mask)
             self._mask = inputs.mask
         self._lamp.SetPosition(*(inputs.light or self._light).towards())
         return self._drawn(raster.rows, raster.columns)
@@ -248,10 +248,10 @@ class VtkRenderer:
                 if corner[axis] not in (0.0, 1.0):
                     self._clip(np.array(corner) * extent, normal)
 
-    def _hide(self, hidden: NDArray[np.bool_] | None) -> None:
-        """Leave out samples whose nearest voxel is hidden."""
-        shown = None if hidden is None else _image_data(self._volume, (~hidden).astype(np.uint8))
-        self._mapper.SetMaskInput(shown)
+    def _hide(self, mask: Mask | None) -> None:
+        """Leave out what is missing, and what a mask hides."""
+        marks = marks_of(self._volume, mask)
+        self._mapper.SetMaskInput(_image_data(self._volume, marks) if len(marks) else None)
 
     def _clip(self, origin: NDArray[np.float64], normal: NDArray[np.float64]) -> None:
         """Show what is on the side of a plane that its normal points to."""
@@ -361,10 +361,26 @@ def _whole_rays(volume: Volume) -> tuple[tuple[str, bool, str, bool], ...]:
 
 
 def _hiding(volume: Volume) -> tuple[str, bool, str, bool]:
-    """Return a shader replacement that hides samples whose nearest voxel is hidden."""
+    """Return a shader replacement that hides samples as the ray caster's `is_hidden` does."""
     count = "vec3({}.0, {}.0, {}.0)".format(*volume.dimensions)
-    nearest = f"texture3D(in_mask, (floor(g_dataPos * {count}) + 0.5) / {count}).r"
-    return "texture3D(in_mask, g_dataPos)", False, f"vec4({nearest})", True
+    code = f"""
+  vec3 maskPlace = g_dataPos * {count} - 0.5;
+  vec3 maskWeight = fract(maskPlace);
+  maskWeight = in_isNearest != 0 ? step(vec3(0.5), maskWeight) : maskWeight;
+  float maskShare = 0.0;
+  for (int n = 0; n < 8; n++)
+  {{
+    vec3 corner = vec3(float(n % 2), float(n / 2 % 2), float(n / 4));
+    vec3 voxel = clamp(floor(maskPlace) + corner, vec3(0.0), {count} - 1.0);
+    float mark = floor(255.0 * texture3D(in_mask, (voxel + 0.5) / {count}).r + 0.5);
+    vec3 weight = mix(1.0 - maskWeight, maskWeight, corner);
+    maskShare += mod(mark, 2.0) * weight.x * weight.y * weight.z;
+  }}
+  vec3 maskNearest = (floor(g_dataPos * {count}) + 0.5) / {count};
+  bool isMissing = 255.0 * texture3D(in_mask, maskNearest).r > {MISSING - 0.5};
+  vec4 maskValue = vec4(isMissing || maskShare > 0.5 ? 0.0 : 1.0);
+  """
+    return "vec4 maskValue = texture3D(in_mask, g_dataPos);", False, code, True
 
 
 def _solid_lighting(volume: Volume, noise: float) -> tuple[str, bool, str, bool]:

@@ -34,8 +34,14 @@ from model.rendering.raycast.classification import (
 from model.rendering.raycast.illumination import UNLIT, travel_direction
 from model.rendering.raycast.marching import draw_rows
 from model.rendering.raycast.rays import Medium, camera_array
-from model.rendering.raycast.renderer import NO_DEPTH, missing_voxels
-from model.rendering.scalars import KERNEL_TYPES, LABEL_NOISE, noise_of, renderable_scalars
+from model.rendering.raycast.renderer import NO_DEPTH
+from model.rendering.scalars import (
+    KERNEL_TYPES,
+    LABEL_NOISE,
+    marks_of,
+    noise_of,
+    renderable_scalars,
+)
 from model.scene.inputs import SceneInputs
 from model.scene.mask import Mask, hidden_voxels
 from model.scene.scene import LightDirection
@@ -134,7 +140,7 @@ class PathTracer:
             hidden = hidden_voxels(volume, mask)
             cells = MinMaxCells(scalars, (lo, per_bin), self._executor, hidden)
             extinctions = ExtinctionClassifier(cells, volume.scalar_range, sample_distance)
-            return _Shown(missing_voxels(hidden), cells, extinctions)
+            return _Shown(marks_of(volume, mask), cells, extinctions)
 
         # Of the whole volume, and under the newest mask.
         self._under = lru_cache(maxsize=2)(under)

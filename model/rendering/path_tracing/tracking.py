@@ -23,7 +23,15 @@ from model.rendering.raycast.cells import MinMaxCells
 from model.rendering.raycast.classification import LEVELS, LEVELS_PER_BIN, NOTHING, opacity_table
 from model.rendering.raycast.rays import HUGE, ONE, ZERO, inverse_step
 from model.rendering.raycast.shading import depth_below
-from model.rendering.raycast.trilinear import blend, clamp, halves, load_pair, locate, nearest_of
+from model.rendering.raycast.trilinear import (
+    blend,
+    clamp,
+    halves,
+    is_hidden,
+    load_pair,
+    locate,
+    nearest_of,
+)
 from model.scene.transfer_function import OpacityTF, Range
 
 ADVANCE = np.float32(1e-3)
@@ -61,12 +69,13 @@ def level_at(medium: Any, x: Any, y: Any, z: Any) -> Any:
     row = np.uint64(medium.shape[0])
     layer = np.uint64(medium.shape[0] * medium.shape[1])
     voxels = medium.voxels
-    if medium.is_nearest or len(medium.missing) > 0:
+    if len(medium.missing) > 0 and is_hidden(
+        medium.missing, medium.shape, medium.is_nearest, place, (fx, fy, fz)
+    ):
+        return np.int32(NOTHING)
+    if medium.is_nearest:
         nearest = nearest_of(medium.shape, place, fx, fy, fz)
-        if len(medium.missing) > 0 and medium.missing[nearest]:
-            return np.int32(NOTHING)
-        if medium.is_nearest:
-            return level_of(np.float32(voxels[nearest]), medium.scale)
+        return level_of(np.float32(voxels[nearest]), medium.scale)
     value = blend(
         halves(voxels, load_pair(voxels, place)),
         halves(voxels, load_pair(voxels, place + row)),

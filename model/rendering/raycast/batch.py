@@ -25,9 +25,9 @@ from model.rendering.raycast.compositing import GROUP
 from model.rendering.raycast.trilinear import (
     blend,
     halves,
+    is_hidden,
     load_pair,
     locate,
-    nearest_of,
     pair_type,
     weight_of,
 )
@@ -136,7 +136,7 @@ def fetch(medium: Any, ray: Any, k: int, levels: Any, staging: Any) -> None:
         if first + np.float32(GROUP * BATCH) > last:
             _end(ray, k, scale, levels, staging)
     if len(medium.missing) > 0:
-        _hide(medium.missing, shape, ray, k, levels)
+        _hide(medium, ray, k, levels)
 
 
 @inlined
@@ -209,15 +209,13 @@ def _end(ray: Any, k: int, scale: Any, levels: Any, staging: Any) -> None:
 
 
 @inlined
-def _hide(missing: Any, shape: Any, ray: Any, k: int, levels: Any) -> None:
-    """Make samples of a batch transparent whose nearest voxel is missing.
-
-    So a missing voxel takes away what is nearer to it than to any other, and as its value was
-    replaced by that of those around it, samples next to it are what was measured there.
-    """
+def _hide(medium: Any, ray: Any, k: int, levels: Any) -> None:
+    """Make samples of a batch transparent at places that are hidden."""
+    shape = medium.shape
     for m in range(len(levels)):
         x, y, z = _position(ray, min(np.float32(k) + np.float32(np.int32(m)), ray.last))
-        if missing[nearest_of(shape, *locate(shape, x, y, z))]:
+        place, fx, fy, fz = locate(shape, x, y, z)
+        if is_hidden(medium.missing, shape, medium.is_nearest, place, (fx, fy, fz)):
             levels[m] = np.int32(NOTHING)
 
 

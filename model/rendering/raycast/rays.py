@@ -73,8 +73,8 @@ class Medium(NamedTuple):
     """Tuple of 2 float32: lowest scalar value, and levels of the tables per unit of scalar
     value."""
     missing: Any
-    """Uint8, 1-D: not 0 for voxels that are transparent under any TF; empty where there are
-    none."""
+    """Uint8, 1-D: marks of voxels that are transparent under any TF, see
+    :func:`model.rendering.raycast.trilinear.is_hidden`; empty where there are none."""
     cells: Any
     """Int8, 1-D: distance of each cell to the nearest one where something is visible, in cells."""
     cell_shape: Any  # tuple of 3 int: cells along x, y and z

@@ -31,7 +31,7 @@ from model.rendering.raycast.illumination import UNLIT, Illumination, SceneLight
 from model.rendering.raycast.marching import draw_rows
 from model.rendering.raycast.rays import Medium, camera_array
 from model.rendering.raycast.shading import NO_GRID
-from model.rendering.scalars import KERNEL_TYPES, renderable_scalars
+from model.rendering.scalars import KERNEL_TYPES, marks_of, renderable_scalars
 from model.scene.inputs import SceneInputs
 from model.scene.mask import Mask, hidden_voxels
 from model.scene.scene import LightDirection, Lighting
@@ -47,7 +47,6 @@ FINE_FROM = 128
 own grid, from smaller ones on a coarse one. Its curves differ by 2 to 6 % in length, and in
 direction by a cosine of .9998, and take a fifth of the time."""
 
-NOTHING_MISSING = np.empty(0, dtype=np.uint8)
 NO_DEPTH = np.empty((0, 0), dtype=np.float32)
 NO_NODES, NO_SQUARES = np.empty(0), np.empty(0)
 NO_CHANGES = NO_GRID._replace(grid=np.empty((0, 0), dtype=np.float32))
@@ -61,11 +60,6 @@ class _Shown(NamedTuple):
     cells: MinMaxCells
     classifier: Classifier
     light: SceneLight
-
-
-def missing_voxels(hidden: NDArray[np.bool_] | None) -> NDArray[np.uint8]:
-    """Return hidden voxels as kernels take them."""
-    return NOTHING_MISSING if hidden is None else np.ravel(hidden).view(np.uint8)
 
 
 class RaycastRenderer:
@@ -109,7 +103,7 @@ class RaycastRenderer:
             cells = MinMaxCells(scalars, bins, self._executor, hidden)
             grid = partial(Illumination, scalars, bins, volume, self._executor, missing=hidden)
             lit = SceneLight(volume, scalars, lighting, light or LightDirection(), grid)
-            return _Shown(missing_voxels(hidden), cells, Classifier(volume, cells), lit)
+            return _Shown(marks_of(volume, mask), cells, Classifier(volume, cells), lit)
 
         # Of the whole volume, and under the newest mask.
         self._under = lru_cache(maxsize=2)(under)

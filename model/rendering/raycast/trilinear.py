@@ -10,6 +10,7 @@ from numba import types
 from numba.extending import intrinsic
 
 from model.compilation import inlined
+from model.rendering.scalars import MASKED, MISSING
 
 HALF = np.float32(0.5)
 
@@ -87,6 +88,36 @@ def nearest_of(shape: Any, place: Any, fx: Any, fy: Any, fz: Any) -> Any:
 def weight_of(is_nearest: Any, f: Any) -> Any:
     """Return an interpolation weight, 0 or 1 where the nearest voxel alone counts."""
     return np.float32(f >= HALF) if is_nearest else f
+
+
+@inlined
+def is_hidden(hidden: Any, shape: Any, is_nearest: Any, place: Any, weights: Any) -> bool:
+    """Return whether a place that :func:`locate` found is hidden, by marks of voxels.
+
+    It is where the nearest voxel is missing, and where the share of masked voxels, interpolated, is
+    above a half: a mask's edge lies between voxels, and cuts their corners. So what is missing
+    takes away what is nearer to it than to any other voxel, and as its value was replaced by that
+    of those around it, samples next to it are what was measured there.
+    """
+    fx, fy, fz = weights
+    if hidden[nearest_of(shape, place, fx, fy, fz)] & MISSING:
+        return True
+    row, layer = np.uint64(shape[0]), np.uint64(shape[0] * shape[1])
+    share = blend(
+        _masked(hidden, place),
+        _masked(hidden, place + row),
+        _masked(hidden, place + layer),
+        _masked(hidden, place + layer + row),
+        weight_of(is_nearest, fx),
+        weight_of(is_nearest, fy),
+        weight_of(is_nearest, fz),
+    )
+    return bool(share > HALF)
+
+
+@inlined
+def _masked(hidden: Any, place: Any) -> Any:
+    return np.float32(hidden[place] & MASKED), np.float32(hidden[place + np.uint64(1)] & MASKED)
 
 
 @inlined

@@ -91,8 +91,8 @@ def test_paths_meet_nothing_where_nothing_is_shown(volume):
     shown = Mask.of(~half().shown)
     both = [drawn(PathTracer, volume, inputs(mask), SIZE)[..., 3] for mask in (half(), shown)]
     whole = drawn(PathTracer, volume, inputs(), SIZE)[..., 3]
-    # What is in front hides nothing more than both halves do.
-    np.testing.assert_allclose(1 - (1 - both[0]) * (1 - both[1]), whole, atol=0.02)
+    # Where voxels are missing, either mask cuts a corner more.
+    assert rms(1 - (1 - both[0]) * (1 - both[1]) - whole) < 2e-3
 
 
 def test_the_overview_of_opacities_leaves_hidden_voxels_out(volume):
