@@ -319,6 +319,7 @@ def _distance(point: QPointF, start: QPointF, end: QPointF) -> float:
 
 
 AWAY = 14  # distance from the place to the right and downwards, in pixels
+PIECE_TIP = "Show only what is connected to this place, or all but that; Ctrl+Z takes it back"
 EDGE = 4  # least distance from the canvas's edges, in pixels
 
 
@@ -341,6 +342,7 @@ class PlaceLabel(QFrame):
         self.text = QLabel()
         self.text.setTextInteractionFlags(Qt.TextInteractionFlag.LinksAccessibleByMouse)
         self.text.linkActivated.connect(self._take)
+        self.text.setToolTip(PIECE_TIP)
         finder.changed.connect(self.refresh)
         self.button = IconButton("panel", "Values and edits", "F8", colors=theme.ON_IMAGE)
         self.button.clicked.connect(lambda: open_panel())

@@ -11,10 +11,8 @@ from app.engines.background import LatestCall
 from app.state.sensitivity_state import SensitivityState
 from app.state.viewer_state import ViewerState
 from model.errors import TfscopeError
-from model.rendering.ray_places import strongest_place
-from model.scene.inputs import SceneInputs
+from model.rendering.pieces import Piece, pieces_under
 from model.scene.mask import Mask, volume_text
-from model.scene.pieces import Piece, pieces_at
 from model.scene.volume import Volume
 
 
@@ -74,20 +72,9 @@ class PieceFinder(QObject):
             self._call.forget()
             return
         at = 2 * place[0] - 1, 1 - 2 * place[1]
-        self._call.ask(partial(_pieces_under, volume, self._state.inputs, at))
+        self._call.ask(partial(pieces_under, volume, self._state.inputs, at))
 
     def _take(self, pieces: tuple[Piece, ...]) -> None:
         if pieces != self.pieces:
             self.pieces = pieces
             self.changed.emit()
-
-
-def _pieces_under(
-    volume: Volume, inputs: SceneInputs, at: tuple[float, float]
-) -> tuple[Piece, ...]:
-    """Return the pieces under a pixel; none where nothing shows."""
-    place = strongest_place(volume, inputs, at)
-    if place is None:
-        return ()
-    x, y, z = place.tolist()
-    return pieces_at(volume, inputs, (x, y, z))

@@ -210,9 +210,9 @@ class Preferences(QObject):
         self._settings = settings_file(folder)
         self.start_problem = self._settings.problem
         self._volumes: dict[str, KeptFile[VolumeMemory]] = {}
-        # By the names of their files, which have those that are not written yet, too.
-        self._masks: dict[str, tuple[Mask, Volume]] = {}
-        self._new_masks: set[str] = set()
+        # By the names of their files; those that are not written yet, with their volumes.
+        self._masks: dict[str, Mask] = {}
+        self._new_masks: dict[str, Volume] = {}
         self._has_failed = False
         self._pause = Pause(self, PAUSE_MS, self._write)
         self._writing = LatestCall("preferences", self, lambda _done: None, self._fail)
@@ -264,10 +264,10 @@ class Preferences(QObject):
         if mask is None:
             return ""
         name = f"{_name(fingerprint)}.mask.nrrd"
-        known = self._masks.get(name)
-        if known is None or known[0] != mask:
-            self._masks[name] = mask, volume
-            self._new_masks.add(name)
+        if self._masks.get(name) != mask:
+            self._masks[name] = mask
+            if self.folder is not None:
+                self._new_masks[name] = volume
             self._write_soon()
         return name
 
@@ -277,7 +277,7 @@ class Preferences(QObject):
         Raises :class:`TfscopeError` where its file cannot be read.
         """
         if name in self._masks:
-            return self._masks[name][0]
+            return self._masks[name]
         from model.volume_files.masks import read_mask
 
         return read_mask((self.folder or Path()) / "volumes" / name, volume) if name else None
@@ -347,10 +347,11 @@ class Preferences(QObject):
         return self._volumes[fingerprint]
 
     def _unwritten(self) -> Callable[[], None]:
-        new, self._new_masks = self._new_masks, set()
-        folder = self.folder or Path()
+        new, self._new_masks = self._new_masks, {}
+        folder = (self.folder or Path()) / "volumes"
         writes: list[Callable[[], None] | None] = [
-            partial(_write_mask, folder / "volumes" / n, *self._masks[n]) for n in new
+            partial(_write_mask, folder / name, self._masks[name], volume)
+            for name, volume in new.items()
         ]
         writes += [self._settings.unwritten()]
         writes += [file.unwritten() for file in self._volumes.values()]

@@ -8,9 +8,10 @@ from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import QObject
+from PySide6.QtWidgets import QInputDialog
 
 from app.controls import Action
-from app.engines.background import Pause
+from app.engines.background import LatestCall, Pause
 from app.figures.sensitivity_figure import save_figure
 from app.number_box import significant
 from app.state.library import ModelCheck
@@ -29,18 +30,21 @@ from app.window.context import (
 from app.window.raw_dialog import RawDialog
 from app.window.sessions import Sessions
 from app.window.volume_dialogs import ContentsDialog, PropertiesDialog
-from model.errors import RenderError, TransferFunctionError, VolumeError
+from model.errors import RenderError, TfscopeError, TransferFunctionError, VolumeError
 from model.networks.card import MODEL_FILE
 from model.scene.ranges import RangeChoice
 from model.scene.transfer_function import TransferFunction
 from model.scene.value_scale import ValueScale, values_at
+from model.scene.volume import Volume
 from model.sensitivity.result import NUMBER_SUFFIXES, SensitivityResult, save_numbers
 from model.volume_files.choice import Choice
+from model.volume_files.masks import mask_of, read_labels, write_mask
 from model.volume_files.raw import RawLayout
 
 TF_FILTER = "Transfer functions (*.json);;All files (*)"
 SENSITIVITY_FILTER = "Figures (*.png);;Arrays (*.npz);;Tables (*.csv)"
-RAW_SUFFIX, TF_SUFFIX = ".raw", ".json"
+MASK_FILTER = "Masks (*.nrrd);;All files (*)"
+RAW_SUFFIX, TF_SUFFIX, MASK_SUFFIX = ".raw", ".json", ".nrrd"
 
 KEY, VOLUME_OFFER, READING = "files", "volume of the model", "reading"
 """Keys of notices: of errors, of the offer of a model's volume, and of a volume that is read."""
@@ -65,6 +69,7 @@ class Files(QObject):
         self._replaced: Path | None = None  # volume that a model's own takes the place of
         self._slow = Pause(self, SLOW_MS, self._offer_cancel)
         self._reading = ""
+        self._labels = LatestCall("labels", self, self._show_labels, self._fail)
 
     def open(self, path: Path) -> None:
         """Open a file or folder as what it is: a volume, a model, a TF or a session."""
@@ -207,6 +212,60 @@ class Files(QObject):
             self._fail(str(error))
         else:
             self._status.say(f"Saved {path.absolute()}.")
+
+    def ask_for_mask(self) -> None:
+        """Ask for a file of labels, and show only voxels that have one: an edit."""
+        path = ask_for_file(self._context, "Open mask or labels", VOLUME_FILTER)
+        if path is not None:
+            self.open_mask(path)
+
+    def open_mask(self, path: Path) -> None:
+        """Read labels in the background, and show only voxels that have one, or a chosen one."""
+        self._status.say(f"Reading {path.name} …")
+        self._labels.ask(partial(read_labels, path))
+
+    def _show_labels(self, read: tuple[Volume, list[float]]) -> None:
+        opened, (labels, values) = self._workspace.opened, read
+        if opened is None:
+            return
+        if len(values) > 1 and labels.dimensions == opened.volume.dimensions:
+            names = {label.value: label.name for label in labels.file.labels}
+            texts = [
+                "All",
+                *(f"{value:g} {names.get(int(value), '')}".rstrip() for value in values),
+            ]
+            chosen, is_chosen = QInputDialog.getItem(
+                self._window, "Open mask", "Label to show:", texts, editable=False
+            )
+            if not is_chosen:
+                return
+            values = values if chosen == "All" else [values[texts.index(chosen) - 1]]
+        try:
+            mask = mask_of(labels, values, opened.volume)
+        except TfscopeError as error:
+            self._fail(str(error))
+        else:
+            self._context.state.mask_input.set(mask, f"open {labels.name}")
+            self._status.say(f"{labels.name} is the mask.")
+
+    def save_mask(self) -> None:
+        """Ask for a file and write the mask to it."""
+        opened, mask = self._workspace.opened, self._context.state.mask_input.value
+        name = proposed_name(self._context, "volume", f".mask{MASK_SUFFIX}")
+        path = ask_for_place(self._context, "Save mask", MASK_FILTER, (MASK_SUFFIX,), name)
+        if path is None or opened is None or mask is None:
+            return
+        try:
+            write_mask(path, mask, opened.volume)
+        except TfscopeError as error:
+            self._fail(str(error))
+        else:
+            self._status.say(f"Saved {path.absolute()}.")
+
+    def join(self) -> None:
+        """Wait until nothing is read any more."""
+        self._labels.stop()
+        self._labels.join()
 
     def ask_for_content(self) -> None:
         """List what the open volume's file holds, to choose from."""

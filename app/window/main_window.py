@@ -155,13 +155,12 @@ class MainWindow(WindowParts):
             event.ignore()
             return
         self.saving.cancel()
-        self.mask_files.stop()
         self.workspace.stop()
         self.memory.note()
         self.hide()
         self.workspace.join()
         self.saving.join()
-        self.mask_files.join()
+        self.files.join()
         self.preferences.finish()
         event.accept()
 

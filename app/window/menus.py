@@ -237,10 +237,9 @@ class Menus:
         self._add(menu, "&Save TF…", files.save_transfer_function, keys.Save)
         self._add_recent(menu, "transfer_functions")
         menu.addSeparator()
-        masks, mask = window.mask_files, window.state.mask_input
-        self._add(menu, "Open mas&k…", masks.ask_and_open, is_there=has_volume)
-        has_mask = lambda: mask.value is not None  # noqa: E731
-        self._add(menu, "Save mask…", masks.ask_and_save, is_there=has_mask)
+        self._add(menu, "Open mas&k…", files.ask_for_mask, is_there=has_volume)
+        has_mask = lambda: window.state.mask_input.value is not None  # noqa: E731
+        self._add(menu, "Save mask…", files.save_mask, is_there=has_mask)
         menu.addSeparator()
         self._add(menu, "Save sess&ion…", window.sessions.ask_and_save, "Ctrl+Alt+S")
         self._add_recent(menu, "sessions")

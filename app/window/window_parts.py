@@ -26,7 +26,6 @@ from app.window.cards import CropCard, EmptyCard, UpAxisCard
 from app.window.context import Context
 from app.window.figure_saving import FigureSaving
 from app.window.files import Files
-from app.window.mask_files import MaskFiles
 from app.window.notices import Floating, Notices
 from app.window.overlays import ImageError, Overlays
 from app.window.pane_layout import PaneLayout
@@ -154,7 +153,6 @@ class WindowParts(QMainWindow):
         )
         self.sessions = Sessions(self.context, self.overlays, self.memory)
         self.files = Files(self.context, self.sessions, self.editor.range.show_small_range)
-        self.mask_files = MaskFiles(self.context)
         self.saving = FigureSaving(self.context, self.overlays, self.image_error)
         self.empty_card = EmptyCard(self.context, self.files)
         Presets(self.editor.menu.presets, self.context)

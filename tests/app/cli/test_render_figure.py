@@ -151,8 +151,8 @@ def test_options_come_before_the_session(session, tmp_path):
     np.testing.assert_array_equal(kept, same)
     shown = np.ones(read_volume(Session.load(session).volume).voxels.shape, bool)
     shown[:, :, : shown.shape[2] // 2] = False
-    write_mask(tmp_path / "half.nii", Mask.of(shown), read_volume(Session.load(session).volume))
-    half = drawn(session, tmp_path / "half.npy", "--mask", str(tmp_path / "half.nii"))
+    write_mask(tmp_path / "half.nrrd", Mask.of(shown), read_volume(Session.load(session).volume))
+    half = drawn(session, tmp_path / "half.npy", "--mask", str(tmp_path / "half.nrrd"))
     assert np.abs(kept - half).max() > 0.05
     assert np.abs(kept - home).max() > 0.05
     assert np.abs(kept - unlit).max() > 0.05

@@ -4,14 +4,13 @@ import numpy as np
 import pytest
 import SimpleITK
 from mouse_events import LEFT
-from PySide6.QtCore import QPoint, Qt
+from PySide6.QtCore import QPoint
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QFileDialog, QPushButton
+from PySide6.QtWidgets import QFileDialog, QInputDialog
 from rested_window import act_until, open_volume
 
 from app.state.preferences import Preferences
 from app.window.main_window import MainWindow
-from app.window.mask_files import LabelsDialog
 from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF, TransferFunction
 from model.scene.view import View
 from model.scene.volume import FileFacts, Volume
@@ -29,8 +28,7 @@ def blocks(shape=(12, 12, 12)):
     voxels = np.zeros(shape, np.uint8)
     voxels[3:9, 3:9, 1:5] = 100
     voxels[3:9, 3:9, 7:11] = 200
-    facts = FileFacts(space="LPS", directions=tuple(map(tuple, np.eye(3))), spacing_unit="mm")
-    return Volume(voxels, name="blocks", file=facts)
+    return Volume(voxels, name="blocks", file=FileFacts(spacing_unit="mm"))
 
 
 @pytest.fixture
@@ -126,46 +124,28 @@ def test_a_mask_is_there_in_the_next_run_and_in_sessions(qtbot, window, builders
 
 def test_masks_are_saved_and_opened(qtbot, window, tmp_path, monkeypatch):
     click(qtbot, window, 0.42).text.linkActivated.emit("a0")
-    mask, files = window.state.inputs.mask, window.mask_files
-    monkeypatch.setattr(
-        QFileDialog, "getSaveFileName", lambda *_: (str(tmp_path / "mask.nii.gz"), "")
-    )
-    files.ask_and_save()
+    mask, path = window.state.inputs.mask, str(tmp_path / "mask.nrrd")
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (path, ""))
+    monkeypatch.setattr(QFileDialog, "getOpenFileName", lambda *_: (path, ""))
+    window.files.save_mask()
     window.state.show_all_voxels()
-    files.open(tmp_path / "mask.nii.gz")
+    window.files.ask_for_mask()
     qtbot.waitUntil(lambda: window.state.inputs.mask == mask)
     assert window.state.edits.stack.undoText() == "open mask"
+    # Of several labels one is chosen, or all.
+    labels = np.zeros((12, 12, 12), np.uint8)
+    labels[..., 4:8], labels[..., 8:] = 1, 2
+    for chosen, expected in (("2", labels == 2), ("All", labels > 0)):
+        answer = chosen, True
+        monkeypatch.setattr(QInputDialog, "getItem", lambda *_, answer=answer, **__: answer)
+        open_labels(window, tmp_path / "labels.nrrd", labels)
+        qtbot.waitUntil(lambda expected=expected: (shown(window) == expected).all())
+    # What is of another grid is said, and nothing is lost.
+    open_labels(window, tmp_path / "half.nrrd", labels[..., :6])
+    qtbot.waitUntil(lambda: "half has 6 x 12 x 12 voxels" in window.notice.text)
+    np.testing.assert_array_equal(shown(window), labels > 0)
 
 
 def open_labels(window, path, labels):
     SimpleITK.WriteImage(SimpleITK.GetImageFromArray(labels), str(path))
-    window.mask_files.open(path)
-
-
-def test_some_labels_are_chosen(qtbot, window, tmp_path):
-    labels = np.zeros((12, 12, 12), np.uint8)
-    labels[..., 4:8], labels[..., 8:] = 1, 2
-    open_labels(window, tmp_path / "labels.nrrd", labels)
-    qtbot.waitUntil(lambda: bool(window.findChildren(LabelsDialog)))
-    (dialog,) = window.findChildren(LabelsDialog)
-    assert dialog.chosen == [1, 2]
-    dialog.list.item(0).setCheckState(Qt.CheckState.Unchecked)
-    dialog.accept()
-    np.testing.assert_array_equal(shown(window), labels == 2)
-
-
-def test_a_mask_of_another_grid_is_offered_as_resampled_or_refused(qtbot, window, tmp_path):
-    labels = np.zeros((12, 12, 6), np.uint8)
-    labels[..., 2:] = 1
-    open_labels(window, tmp_path / "half.nrrd", labels)
-    qtbot.waitUntil(lambda: "another grid" in window.notice.text)
-    assert shown(window) is None
-    buttons = window.notice.findChildren(QPushButton)
-    next(button for button in buttons if button.text() == "Resample it").click()
-    assert shown(window)[..., 2:6].all() and not shown(window)[..., [0, 1, 6]].any()
-    assert window.notice.text == ""
-    window.state.show_all_voxels()
-    scan = np.arange(12**3, dtype=np.float32).reshape(12, 12, 12)
-    open_labels(window, tmp_path / "scan.nrrd", np.concatenate([scan, scan + 1e4, scan + 2e4]))
-    qtbot.waitUntil(lambda: "which are no labels" in window.notice.text)
-    assert shown(window) is None
+    window.files.open_mask(path)

@@ -2,11 +2,11 @@ import numpy as np
 import pytest
 
 from model.errors import TfscopeError
-from model.scene import pieces
+from model.rendering import pieces
+from model.rendering.pieces import pieces_at
 from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs, outside_range
 from model.scene.mask import Mask, hidden_voxels, volume_text
-from model.scene.pieces import pieces_at
 from model.scene.scene import Scene
 from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF
 from model.scene.view import View
@@ -33,7 +33,7 @@ def inputs(**others):
 
 
 def at(z, y, x, edge=20):
-    return x / (edge - 1), y / (edge - 1), z / (edge - 1)
+    return np.array([x, y, z]) / (edge - 1)
 
 
 def test_a_piece_is_what_touches_and_a_voxel_around_it():
@@ -113,7 +113,7 @@ def test_specks_by_the_thousand_are_pieces_of_one_voxel():
 def test_a_volume_of_two_slices_has_pieces():
     voxels = np.zeros((2, 9, 9), np.uint8)
     voxels[:, 2:5, 2:5] = 100
-    (piece,) = pieces_at(Volume(voxels).over(RANGE), inputs(), (3 / 8, 3 / 8, 1.0))
+    (piece,) = pieces_at(Volume(voxels).over(RANGE), inputs(), np.array([3 / 8, 3 / 8, 1.0]))
     assert piece.count == 18
 
 

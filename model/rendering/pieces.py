@@ -8,15 +8,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.errors import TfscopeError
+from model.rendering.ray_places import strongest_place, values_at
 from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs
 from model.scene.mask import Mask, hidden_voxels
 from model.scene.transfer_function import TF_SAMPLES, Range
-from model.scene.volume import Triple, Volume
+from model.scene.volume import Volume
 
 LEAST_OPACITY = 0.005  # part of the TF's largest opacity from which on values count as visible
 BAND = 0.25  # part of the largest opacity of a band of values at which that band ends
 ALIKE = 0.98  # part of all that is connected from which on a band of values is no other piece
+LAST, TINY = TF_SAMPLES - 1, 1e-12
 MOST_VOXELS = 1 << 24  # of the grid on which pieces are told apart; larger volumes are thinned
 
 
@@ -43,8 +45,17 @@ class Piece:
         return Mask.of(others if mask is None else others & mask.shown)
 
 
-def pieces_at(volume: Volume, inputs: SceneInputs, place: Triple) -> tuple[Piece, ...]:
-    """Return what is connected to a place, given as fractions of the volume's extent.
+def pieces_under(volume: Volume, inputs: SceneInputs, at: tuple[float, float]) -> tuple[Piece, ...]:
+    """Return what is connected to the place that adds most to a pixel; see :func:`pieces_at`.
+
+    The pixel is as in :func:`model.rendering.ray_places.places_along`.
+    """
+    place = strongest_place(volume, inputs, at)
+    return () if place is None else pieces_at(volume, inputs, place)
+
+
+def pieces_at(volume: Volume, inputs: SceneInputs, place: NDArray[np.float64]) -> tuple[Piece, ...]:
+    """Return what is connected to a place (3,), given as fractions of the volume's extent.
 
     The first piece has voxels that touch by their faces, and whose values are visible under the
     scene's TF, mask and crop box. The second has only those of the band of values that the place
@@ -53,20 +64,14 @@ def pieces_at(volume: Volume, inputs: SceneInputs, place: Triple) -> tuple[Piece
     """
     last = np.array(volume.voxels.shape) - 1
     crop = inputs.crop or CropBox()
-    first, end = (
-        np.rint(np.array(corner)[::-1] * last).astype(int) for corner in (crop.low, crop.high)
-    )
+    first, end = (np.rint(np.array(c)[::-1] * last).astype(int) for c in (crop.low, crop.high))
     part = tuple(slice(a, max(b, a) + 1) for a, b in zip(first, end, strict=True))
     voxels, hidden = volume.voxels[part], hidden_voxels(volume, inputs.mask)
-    shown = None if hidden is None else ~hidden[part]
-    at = np.array(place)[::-1] * last
-    seed = np.clip(np.rint(at).astype(int) - first, 0, np.array(voxels.shape) - 1)
-    opacity = _bins(volume, inputs)
-    runs = _runs(opacity)
-
-    def shown_of(bins: list[tuple[int, int]]) -> NDArray[np.bool_]:
-        found = _of_values(voxels, bins, volume)
-        return found if shown is None else found & shown
+    seed = np.clip(np.rint(place[::-1] * last).astype(int), first, np.maximum(end, first)) - first
+    opacity = inputs.opacity_tf.sample(volume.scalar_range).astype(np.float64)
+    opacity[opacity < max(LEAST_OPACITY * opacity.max(), TINY)] = 0
+    steps = np.diff(np.concatenate([[0], (opacity > 0).astype(np.int8), [0]]))
+    runs = [(int(a), int(b) - 1) for a, b in np.flatnonzero(steps).reshape(-1, 2)]
 
     def piece_of(visible: NDArray[np.bool_], start: NDArray[np.int64], band: Range | None) -> Piece:
         inside, box = _connected(visible, start)
@@ -74,73 +79,39 @@ def pieces_at(volume: Volume, inputs: SceneInputs, place: Triple) -> tuple[Piece
         whole[part][box] = _grown(inside) & ~(visible[box] & ~inside)
         return Piece(Mask.packed(whole), int(np.count_nonzero(inside)), band)
 
+    def shown_of(bins: list[tuple[int, int]]) -> NDArray[np.bool_]:
+        found = _of_values(voxels, bins, volume)
+        return found if hidden is None else found & ~hidden[part]
+
     visible = shown_of(runs)
     near = _near(visible, seed)
-    all_visible = piece_of(visible, near[0], None)
-    bins = np.array([_bin_of(value, volume) for value in voxels[tuple(near.T)].tolist()])
-    band = _band_around(opacity, _bin_of(_value_at(volume, at, inputs.is_nearest(volume)), volume))
-    within = near[(bins >= band[0]) & (bins <= band[1])]
-    if not len(within):
-        # Between two voxels there may be values that neither of them has.
-        band, within = _band_around(opacity, int(bins[0])), near
-    if runs == [band]:
-        return (all_visible,)
-    in_band = piece_of(shown_of([band]), within[0], _values_of(band, volume))
-    return (all_visible, in_band)[: 1 + (in_band.count < ALIKE * all_visible.count)]
-
-
-def _bins(volume: Volume, inputs: SceneInputs) -> NDArray[np.float64]:
-    """Opacities at the bins of the scalar range, those that count as nothing set to 0."""
-    opacity = inputs.opacity_tf.sample(volume.scalar_range).astype(np.float64)
-    return np.where(opacity >= max(LEAST_OPACITY * opacity.max(), 1e-9), opacity, 0.0)
-
-
-def _runs(opacity: NDArray[np.float64]) -> list[tuple[int, int]]:
-    """First and last bins of the values that are visible without a gap."""
-    steps = np.diff(np.concatenate([[0], (opacity > 0).astype(np.int8), [0]]))
-    ends = np.flatnonzero(steps).reshape(-1, 2)
-    return [(int(first), int(end) - 1) for first, end in ends]
+    found = [piece_of(visible, near[0], None)]
+    lo, hi = volume.scalar_range
+    # The value at the place; and those of voxels, as between two there may be values of neither.
+    values = np.append(
+        values_at(volume, place[None], inputs.is_nearest(volume)), voxels[tuple(near.T)]
+    )
+    bins = np.rint(LAST * np.clip((values.astype(np.float64) - lo) / (hi - lo), 0, 1)).astype(int)
+    for bin_ in bins[:2]:
+        band = _band_around(opacity, int(bin_))
+        if runs == [band]:
+            break
+        within = near[(bins[1:] >= band[0]) & (bins[1:] <= band[1])]
+        if len(within):
+            low, high = (lo + (hi - lo) * each / LAST for each in band)
+            found.append(piece_of(shown_of([band]), within[0], (low, high)))
+            break
+    return tuple(found if found[-1].count < ALIKE * found[0].count else found[:1])
 
 
 def _band_around(opacity: NDArray[np.float64], bin_: int) -> tuple[int, int]:
     """First and last bin of the band around a value: up its flank to a peak, and down again."""
+    padded = np.pad(opacity, 1, constant_values=-1)
     peak = bin_
-    while True:
-        around = [b for b in (peak - 1, peak + 1) if 0 <= b < TF_SAMPLES]
-        best = max(around, key=lambda b: opacity[b])
-        if opacity[best] <= opacity[peak]:
-            break
-        peak = best
-    ends_at = max(min(opacity[bin_], BAND * opacity[peak]), 1e-12)
-    first = last = peak
-    while first > 0 and opacity[first - 1] >= ends_at:
-        first -= 1
-    while last < TF_SAMPLES - 1 and opacity[last + 1] >= ends_at:
-        last += 1
-    return first, last
-
-
-def _value_at(volume: Volume, at: NDArray[np.float64], is_nearest: bool) -> float:
-    """Scalar value at a place (z, y, x) in voxels."""
-    from scipy.ndimage import map_coordinates
-
-    order = 0 if is_nearest else 1
-    found = map_coordinates(
-        volume.voxels, at[:, None], np.float64, order=order, mode="nearest", prefilter=False
-    )
-    return float(found[0])
-
-
-def _bin_of(value: float, volume: Volume) -> int:
-    lo, hi = volume.scalar_range
-    return int(np.rint(np.clip((value - lo) / (hi - lo), 0, 1) * (TF_SAMPLES - 1)))
-
-
-def _values_of(run: tuple[int, int], volume: Volume) -> Range:
-    """Values in the middle of the first and the last of some bins."""
-    lo, hi = volume.scalar_range
-    first, last = (lo + bin_ * (hi - lo) / (TF_SAMPLES - 1) for bin_ in run)
-    return first, last
+    while padded[peak : peak + 3].max() > opacity[peak]:
+        peak += int(np.argmax(padded[peak : peak + 3])) - 1
+    low = np.flatnonzero(padded < max(min(opacity[bin_], BAND * opacity[peak]), TINY)) - 1
+    return int(low[low <= peak].max()) + 1, int(low[low >= peak].min()) - 1
 
 
 def _of_values(
@@ -148,12 +119,10 @@ def _of_values(
 ) -> NDArray[np.bool_]:
     """Return which voxels are nearest to some bins; those beyond the range count for its ends."""
     lo, hi = volume.scalar_range
-    half = (hi - lo) / (TF_SAMPLES - 1) / 2
     found = np.zeros(voxels.shape, dtype=bool)
-    for run in runs:
-        low, high = _values_of(run, volume)
-        low = -np.inf if run[0] == 0 else low - half
-        high = np.inf if run[1] == TF_SAMPLES - 1 else high + half
+    for first, last in runs:
+        low = -np.inf if first == 0 else lo + (hi - lo) * (first - 0.5) / LAST
+        high = np.inf if last == LAST else lo + (hi - lo) * (last + 0.5) / LAST
         if voxels.dtype.kind != "f":
             # Comparisons with floats would take ten times as long.
             limits = np.iinfo(voxels.dtype.name)
