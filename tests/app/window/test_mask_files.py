@@ -8,6 +8,7 @@ from PySide6.QtCore import QPoint
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QFileDialog, QInputDialog
 from rested_window import act_until, open_volume
+from window_fakes import PATIENCE_S
 
 from app.state.preferences import Preferences
 from app.window.main_window import MainWindow
@@ -56,7 +57,8 @@ def click(qtbot, window, x, pieces=1):
     rect, finder = canvas.image_rect, window.workspace.pieces
     at = QPoint(round(rect.left() + x * rect.width()), rect.center().y())
     QTest.mouseClick(canvas, LEFT, pos=at)
-    qtbot.waitUntil(lambda: len(finder.pieces) == pieces)
+    # The first search loads SciPy.
+    qtbot.waitUntil(lambda: len(finder.pieces) == pieces, timeout=1000 * PATIENCE_S)
     return window.sensitivity.labels[1]
 
 

@@ -59,40 +59,27 @@ def test_half_a_volume_is_the_volume_cut_in_two(volume, name):
     assert rms(found - expected) < 0.006 and expected[..., 3].max() > 0.9
 
 
-@pytest.mark.parametrize("lighting", ["none", "direct", "soft", "path"])
-def test_a_renderer_draws_with_one_mask_after_another_and_without(volume, lighting):
+@pytest.mark.parametrize(
+    ("name", "lighting"),
+    [*(("raycast", light) for light in ("none", "direct", "soft", "path")), ("vtk", "none")],
+)
+def test_a_renderer_draws_with_one_mask_after_another_and_without(volume, name, lighting):
     given = [inputs(), inputs(half()), inputs(half(0)), inputs(half()), inputs()]
-    renderer = open_renderer("raycast", volume, lighting)
+    renderer = open_renderer(name, volume, lighting)
     try:
         images = [renderer.render(each, SIZE) for each in given]
     finally:
         renderer.close()
     for each, image in zip(given, images, strict=True):
         expected = drawn(partial(open_renderer, "raycast"), volume, each, SIZE, lighting)
-        np.testing.assert_array_equal(image, expected)
+        assert rms(image - expected) <= (0.01 if name == "vtk" else 0)
     assert rms(images[0] - images[1]) > 0.05 and rms(images[1] - images[2]) > 0.05
-
-
-def test_vtk_draws_with_one_mask_after_another_and_without(volume):
-    given = [inputs(), inputs(half()), inputs(half(0)), inputs()]
-    renderer = open_renderer("vtk", volume)
-    try:
-        images = [renderer.render(each, SIZE) for each in given]
-    finally:
-        renderer.close()
-    for each, image in zip(given, images, strict=True):
-        assert rms(image - drawn(RaycastRenderer, volume, each, SIZE)) < 0.01
 
 
 def test_paths_meet_nothing_where_nothing_is_shown(volume):
     found = drawn(PathTracer, volume, inputs(half()), SIZE)
     opacity = drawn(RaycastRenderer, volume, inputs(half()), SIZE)[..., 3]
     np.testing.assert_allclose(found[..., 3], opacity, atol=2e-3)
-    shown = Mask.of(~half().shown)
-    both = [drawn(PathTracer, volume, inputs(mask), SIZE)[..., 3] for mask in (half(), shown)]
-    whole = drawn(PathTracer, volume, inputs(), SIZE)[..., 3]
-    # Where voxels are missing, either mask cuts a corner more.
-    assert rms(1 - (1 - both[0]) * (1 - both[1]) - whole) < 2e-3
 
 
 def test_the_overview_of_opacities_leaves_hidden_voxels_out(volume):
