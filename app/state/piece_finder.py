@@ -63,16 +63,16 @@ class PieceFinder(QObject):
 
     def _follow(self, what: str) -> None:
         if what == "place":
-            self._take(())
             self._ask()
 
     def _ask(self, _value: object = None) -> None:
+        # What was found is of another place or scene, and so is what is on its way.
+        self._call.forget()
+        self._take(())
         volume, place = self._volume(), self._asked.place
-        if volume is None or place is None or not self._asked.choices.shown:
-            self._call.forget()
-            return
-        at = 2 * place[0] - 1, 1 - 2 * place[1]
-        self._call.ask(partial(pieces_under, volume, self._state.inputs, at))
+        if volume is not None and place is not None and self._asked.choices.shown:
+            at = 2 * place[0] - 1, 1 - 2 * place[1]
+            self._call.ask(partial(pieces_under, volume, self._state.inputs, at))
 
     def _take(self, pieces: tuple[Piece, ...]) -> None:
         if pieces != self.pieces:
