@@ -58,15 +58,24 @@ def pieces_at(volume: Volume, inputs: SceneInputs, place: NDArray[np.float64]) -
     """Return what is connected to a place (3,), given as fractions of the volume's extent.
 
     The first piece has voxels that touch by their faces, and whose values are visible under the
-    scene's TF, mask and crop box. The second has only those of the band of values that the place
-    is in; there is none where that makes no difference. Above 256 voxels cubed they are told apart
-    on a coarser grid. Raises :class:`TfscopeError` where nothing is visible.
+    scene's TF, mask, crop box and clipping plane. The second has only those of the band of values
+    that the place is in; there is none where that makes no difference. Above 256 voxels cubed they
+    are told apart on a coarser grid. Raises :class:`TfscopeError` where nothing is visible.
     """
     last = np.array(volume.voxels.shape) - 1
     crop = inputs.crop or CropBox()
     first, end = (np.rint(np.array(c)[::-1] * last).astype(int) for c in (crop.low, crop.high))
     part = tuple(slice(a, max(b, a) + 1) for a, b in zip(first, end, strict=True))
     voxels, hidden = volume.voxels[part], hidden_voxels(volume, inputs.mask)
+    shown = None if hidden is None else ~hidden[part]
+    if inputs.clip is not None:
+        factors = np.array(inputs.clip.normal) * volume.proportions
+        x, y, z = (
+            factor * (2 * np.arange(each.start, each.stop, dtype=np.float32) / end - 1)
+            for factor, each, end in zip(factors, part[::-1], last[::-1], strict=True)
+        )
+        inside = x + y[:, None] + z[:, None, None] <= inputs.clip.offset
+        shown = inside if shown is None else shown & inside
     seed = np.clip(np.rint(place[::-1] * last).astype(int), first, np.maximum(end, first)) - first
     opacity = inputs.opacity_tf.sample(volume.scalar_range).astype(np.float64)
     opacity[opacity < max(LEAST_OPACITY * opacity.max(), TINY)] = 0
@@ -81,7 +90,7 @@ def pieces_at(volume: Volume, inputs: SceneInputs, place: NDArray[np.float64]) -
 
     def shown_of(bins: list[tuple[int, int]]) -> NDArray[np.bool_]:
         found = _of_values(voxels, bins, volume)
-        return found if hidden is None else found & ~hidden[part]
+        return found if shown is None else found & shown
 
     visible = shown_of(runs)
     near = _near(visible, seed)

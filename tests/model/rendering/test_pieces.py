@@ -4,6 +4,7 @@ import pytest
 from model.errors import TfscopeError
 from model.rendering import pieces
 from model.rendering.pieces import pieces_at
+from model.scene.clip_plane import ClipPlane
 from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs, outside_range
 from model.scene.mask import Mask, hidden_voxels, volume_text
@@ -66,6 +67,10 @@ def test_a_crop_box_parts_pieces():
     piece = pieces_at(volume(), inputs(crop=crop), at(4, 4, 7))[0]
     assert piece.count == 4 * 6 * 6
     assert not piece.voxels.shown[6:].any()
+    # So does a clipping plane, here halfway through the block along x.
+    clip = ClipPlane((1.0, 0.0, 0.0), volume().proportions[0] * (2 * 4.5 / 19 - 1))
+    piece = pieces_at(volume(), inputs(clip=clip), at(4, 4, 3))[0]
+    assert piece.count == 6 * 6 * 3
 
 
 def test_where_nothing_shows_there_is_no_piece():
