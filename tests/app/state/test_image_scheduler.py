@@ -194,9 +194,3 @@ def test_b_is_drawn_in_turn_with_a_and_alone_where_only_its_tf_moves(state, sche
     half = scheduler.stop.live_seconds / 2
     assert [r.stop.live_seconds for r in reference.asked] == [half, half]
     assert asked() == [("A", True), ("B", True)]
-    # What is not in sight is not asked for.
-    scheduler.compares = False
-    turn(state, 20.0)
-    for channel in (b, reference.images):
-        reference.answer(channel=channel)
-    assert asked() == [("A", True)]

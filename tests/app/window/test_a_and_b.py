@@ -8,7 +8,7 @@ from PySide6.QtTest import QTest
 from ramp import make_tf
 from rested_window import act_until, rested, settle
 
-from app.engines.requests import IMAGES_B, PictureRequest
+from app.engines.requests import IMAGES_B
 from app.window.figure import FigureChoice
 
 LEFT = Qt.MouseButton.LeftButton
@@ -195,11 +195,9 @@ def test_figures_have_both_with_a_legend_each(qtbot, window, builders, tmp_path,
 
     monkeypatch.setattr(engine, "picture", picture)
     place = tmp_path / "both.png"
-    choice = FigureChoice(920, 300, legend=True, which="a_b_difference")
-    window.saving.draw(choice, place)
+    window.saving.draw(FigureChoice(920, 300, legend=True, which="a_b_difference"), place)
     qtbot.waitUntil(place.exists)
     assert {r.inputs for r in asked} == {window.state.inputs_of(name) for name in "AB"}
-    assert all(isinstance(r, PictureRequest) for r in asked)
     saved = QImage(str(place))
     # In the brightness of the light.
     a, b = (saved.pixelColor(x, 150).red() for x in (100, 400))
@@ -215,5 +213,5 @@ def test_an_image_of_b_that_fails_says_so(qtbot, window, builders):
     qtbot.waitUntil(lambda: "no memory" in window.pane_b.canvas.message)
     assert not window.reference.canvas.message
     builders.references[-1].error = None
-    set_tf(qtbot, window, make_tf(120.0))
+    window.state.edits.undo()
     qtbot.waitUntil(lambda: not window.pane_b.canvas.message)
