@@ -24,7 +24,7 @@ from PySide6.QtGui import (
 )
 
 from app.image_view.image_canvas import to_qimage
-from app.image_view.picture import Background, compose, empty_picture
+from app.image_view.picture import BLACK, Background, compose, empty_picture
 from app.tf_editor.unit_axis import ticks
 from model.rendering.raster import at_size_of
 from model.rendering.scale_bar import Scale, ScaleBar
@@ -96,7 +96,7 @@ SHADES = 256
 
 
 def paint_scale_bar(
-    painter: QPainter, rect: QRect, bar: ScaleBar | None, background: Background | None = (0, 0, 0)
+    painter: QPainter, rect: QRect, bar: ScaleBar | None, background: Background | None = BLACK
 ) -> None:
     """Paint a scale bar at the lower left of an image, unless that is small or has no scale."""
     text = text_size(rect)
@@ -122,7 +122,7 @@ def paint_line(
     rect: QRect,
     subject: Subject,
     view: View,
-    background: Background | None = (0, 0, 0),
+    background: Background | None = BLACK,
 ) -> None:
     """Paint the line that is measured over an image, with its length; or its first end alone."""
     text, scale = text_size(rect), subject.scale
@@ -148,10 +148,7 @@ def paint_line(
 
 
 def paint_difference_bar(
-    painter: QPainter,
-    rect: QRect,
-    compared: Comparison,
-    background: Background | None = (0, 0, 0),
+    painter: QPainter, rect: QRect, compared: Comparison, background: Background | None = BLACK
 ) -> None:
     """Paint the colours of a difference at the lower right of an image, with their ends."""
     text = text_size(rect)
@@ -181,7 +178,7 @@ def paint_difference_bar(
 
 
 def paint_caption(
-    painter: QPainter, rect: QRect, caption: str, background: Background | None = (0, 0, 0)
+    painter: QPainter, rect: QRect, caption: str, background: Background | None = BLACK
 ) -> None:
     """Write what an image is at its upper left."""
     text = text_size(rect)
@@ -210,13 +207,9 @@ def paint_legend(
     rect: QRect,
     tf: TransferFunction,
     units: str,
-    background: Background | None = (0, 0, 0),
+    background: Background | None = BLACK,
 ) -> None:
-    """Paint a vertical colour bar at the lower right of an image, unless that is small.
-
-    To the left of the TF's colours is its opacity curve, filled with the colours and as wide as it
-    can be; below it is its largest opacity. A background of None is not known.
-    """
+    """Paint colour bar and opacity curve, with its largest value, at an image's lower right."""
     text = text_size(rect)
     if not text:
         return
@@ -309,7 +302,7 @@ class FigureLook:
 
     width: int
     height: int
-    background: Background | None = (0, 0, 0)
+    background: Background | None = BLACK
     legend: bool = False
     scale_bar: bool = False
 
@@ -362,11 +355,7 @@ def figure(
     subject: Subject,
     tf_b: TransferFunction | None = None,
 ) -> QImage:
-    """Return a figure of the images that it needs, each with its brightness, by their names.
-
-    An image is enlarged to its panel, in its own proportions; the inputs are A's. Raise
-    :class:`RenderError` when there is not enough memory.
-    """
+    """Return a figure of images and brightness by name; raise RenderError for lack of memory."""
     names, compared = PANELS[which], None
     shown = []
     for name in names:
