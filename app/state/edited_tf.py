@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import partial
-from typing import Any, Literal
+from typing import Literal
 
 from PySide6.QtCore import QObject, Signal
 
 from app.state.edits import EditedInput, EditHistory
+from model.scene.ranges import fit_to_range
 from model.scene.transfer_function import TransferFunction
 
 PaneName = Literal["A", "B"]  # of the ground truth, and of the image that it is compared with
@@ -17,10 +17,11 @@ PaneName = Literal["A", "B"]  # of the ground truth, and of the image that it is
 class EditedTF(EditedInput[TransferFunction]):
     """The TF of the pane that has the focus; the other pane's rests meanwhile.
 
-    B's TF stays when B is no longer shown. An edit that is undone brings its pane back.
+    Both are over one range, on one scale. B's TF stays when B is no longer shown. An edit that is
+    undone brings its pane back.
     """
 
-    paneChanged = Signal()  # when the other pane has the focus, or B is shown or hidden
+    paneChanged = Signal()  # when the other pane has the focus, or B is shown, hidden or another
 
     def __init__(self, first: TransferFunction, history: EditHistory, parent: QObject) -> None:
         super().__init__(first, "drag", history, parent)
@@ -41,11 +42,9 @@ class EditedTF(EditedInput[TransferFunction]):
 
     def focus(self, pane: PaneName) -> None:
         """Edit a pane's TF from now on; B is shown for that."""
-        if pane == self.pane and self.compares == (self.compares or pane == "B"):
-            return
-        self.finish()
-        self._show_pane(pane)
-        self._announce()
+        if pane != self.pane or (pane == "B" and not self.compares):
+            self.finish()
+            self._show_pair(pane, pane == "B", (self.of(pane) or self._value, self._value))
 
     def copy(self, source: PaneName) -> None:
         """Copy a pane's TF to the other one, which has the focus from then on: an edit."""
@@ -57,53 +56,53 @@ class EditedTF(EditedInput[TransferFunction]):
     def swap(self) -> None:
         """Exchange the TFs of A and B: an edit."""
         self.finish()
-        both = self.of("A"), self.of("B")
-        if None not in both:
-            self._history.change(self._show_both, both, both[::-1], "swap A and B")
+        if self._other is not None:
+            pair = self._value, self._other
+            shows = partial(self._show_pair, self.pane, True)
+            self._history.change(shows, pair, pair[::-1], "swap A and B")
 
     def start(
         self, value: TransferFunction, other: TransferFunction | None = None, compares: bool = False
     ) -> None:
         """Take another volume's TFs of A, which has the focus, and B."""
-        self.pane, self._other = "A", other
-        self.compares = compares and other is not None
+        self.pane, self.compares = "A", compares and other is not None
+        self._value, self._other = value, other
         self.paneChanged.emit()
         super().start(value)
 
-    def convert_other(self, convert: Callable[[TransferFunction], TransferFunction]) -> None:
-        """Convert the TF that is not under edit, as the volume is on another scale."""
-        if self._other is not None:
-            self._other = convert(self._other)
+    def _change(self, text: str, merge_key: str | None) -> None:
+        """Make a drag an edit, not merged with one of the other pane, which has the same range."""
+        before, after = self._before, self._value
+        shows = partial(self._show_pair, self.pane, False)
+        key = merge_key and f"{merge_key} of {self.pane}"
+        pairs = (before, self._other), (after, _fitted(self._other, after))
+        self._history.change(shows, *pairs, text, key)
 
-    def finish(self, text: str = "", merge_key: str | None = None) -> None:
-        """End a drag, making it one edit, which is not merged with one of the other pane."""
-        super().finish(text, merge_key and f"{merge_key} of {self.pane}")
-
-    def _shows_again(self) -> Callable[[Any], object]:
-        return partial(self._show_in, self.pane)
-
-    def _show_in(self, pane: PaneName, value: TransferFunction) -> None:
-        self.focus(pane)
-        self._show(value)
-
-    def _show_both(self, both: tuple[TransferFunction, TransferFunction]) -> None:
-        shown = both if self.pane == "A" else both[::-1]
-        self._value, self._other = shown
-        self.compares = True
-        self._announce()
-
-    def _show_pane(self, pane: PaneName) -> None:
-        self.compares = self.compares or pane == "B"
-        if pane != self.pane:
-            self._value, self._other = self._other or self._value, self._value
-            self.pane = pane
-
-    def _announce(self) -> None:
+    def _show_pair(self, pane: PaneName, compares: bool, pair: _Pair) -> None:
+        """Give a pane the focus, and show its TF and the other one's, where there was one."""
+        value, other = pair
+        before = self._value, self.pane, self.compares, self._other
+        other = other or _fitted(self.of(_other(pane)), value)
+        compares = compares or self.compares or pane == "B"
+        self._value, self.pane, self.compares, self._other = value, pane, compares, other
         # First the panes, which say what images are asked for.
-        self.paneChanged.emit()
-        self.changed.emit(self._value)
-        self.changeFinished.emit(self._value)
+        if before[1:] != (pane, compares, other):
+            self.paneChanged.emit()
+        if value != before[0]:
+            self.is_edited = True
+            self.changed.emit(value)
+        self.changeFinished.emit(value)
+
+
+_Pair = tuple[TransferFunction, TransferFunction | None]
 
 
 def _other(pane: PaneName) -> PaneName:
     return "B" if pane == "A" else "A"
+
+
+def _fitted(tf: TransferFunction | None, to: TransferFunction) -> TransferFunction | None:
+    """Return a TF over another one's range; on another scale its numbers mean nothing: that one."""
+    if tf is not None and tf.scale != to.scale:
+        return to
+    return tf and fit_to_range(tf, to.scalar_range)

@@ -167,8 +167,7 @@ class EditedInput(QObject, Generic[T]):
         else:
             text = text or self._name(self._value)
             self.is_edited = True
-            shows = self._shows_again()
-            self._history.change(shows, self._before, self._value, text, merge_key)
+            self._change(text, merge_key)
 
     def cancel(self) -> None:
         """Go back to the value from before the drag, if there is one."""
@@ -190,9 +189,9 @@ class EditedInput(QObject, Generic[T]):
         self.changed.emit(value)
         self.changeFinished.emit(value)
 
-    def _shows_again(self) -> Callable[[Any], object]:
-        """Return what shows a value that is undone or redone."""
-        return self._show
+    def _change(self, text: str, merge_key: str | None) -> None:
+        """Make a drag that has ended an edit."""
+        self._history.change(self._show, self._before, self._value, text, merge_key)
 
     def _show(self, value: T) -> None:
         # The end of a drag does not change the value, so that nothing is redrawn.

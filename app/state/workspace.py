@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 from PySide6.QtCore import QObject, Signal, SignalInstance
 
@@ -13,6 +13,7 @@ from app.engines.client import Clients, EngineClient, EngineName, EngineState
 from app.engines.engines import Builders
 from app.engines.exactness import STOPS
 from app.engines.messages import EngineReady
+from app.state.edited_tf import PaneName
 from app.state.generator_work import NO_VOLUME, GeneratorWork
 from app.state.image_scheduler import ImageScheduler
 from app.state.latent_pictures import LatentPictures
@@ -250,7 +251,6 @@ class Workspace(QObject):
         self.reference.start(volume, self.model.scene_for(opened))
         if is_rescaled:
             self._state.set_default(opened.default)
-            self._state.tf_input.convert_other(self.fitted)
             self.scaleChanged.emit(opened)
             if self._state.scale != volume.scale:
                 self._state.tf_input.set(opened.default, SCALE_EDITS[volume.scale])
@@ -353,7 +353,8 @@ class Workspace(QObject):
     def _is_untouched(self) -> bool:
         """Whether the volume's range and scale are not chosen."""
         chosen = self.opening.wanted.scalar_range, self.opening.wanted.scale
-        is_default = self._state.transfer_function == self._state.default_transfer_function
+        tfs = [self._state.tf_input.of(pane) for pane in get_args(PaneName)]
+        is_default = all(tf in (None, self._state.default_transfer_function) for tf in tfs)
         return not self._is_restored and chosen == (None, None) and is_default
 
     def _note_model(self) -> None:

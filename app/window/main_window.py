@@ -42,7 +42,7 @@ class MainWindow(WindowParts):
         preferences: Preferences | None = None,
     ) -> None:
         super().__init__(builders, device, preferences)
-        self._alt_alone = False
+        self._alt_alone = self._b_returns = False  # B: once the latent browser is closed
         self.menus = Menus(self)
         self._hints = KeyHints(
             self.status,
@@ -205,9 +205,17 @@ class MainWindow(WindowParts):
 
     def _show_browser(self, choices: LatentChoices) -> None:
         """Show the latent browser in the generator's place, or the generator again."""
+        tf_input = self.state.tf_input
         if choices.shown:
-            self.state.tf_input.focus("A")
-        self.panes.set_browsing(choices.shown)
+            self.panes.set_browsing(True)
+            self._b_returns = self._b_returns or tf_input.compares
+            tf_input.compare(False)
+            return
+        if self._b_returns and not tf_input.compares:
+            tf_input.compare(True)
+            tf_input.focus("A")
+        self._b_returns = False
+        self.panes.set_browsing(False)
 
     def _show_crop_handles(self, _change: object) -> None:
         # While a region is drawn, the mouse is the drawing's.
@@ -230,7 +238,7 @@ class MainWindow(WindowParts):
     def _show_panes(self) -> None:
         """Show B where it is compared with A, and which of them is edited."""
         tf_input = self.state.tf_input
-        if tf_input.pane == "B":
+        if tf_input.compares and not self.panes.compares:
             # The map of TFs is in its place.
             self.latent_state.choose(shown=False)
         self.panes.show_b(tf_input.compares)

@@ -153,7 +153,7 @@ class ImageError(QObject):
             pane.imageShown.connect(partial(self._take, pane))
         for pane in (self._generator, self._pane_b):
             pane.canvas.add_decoration(partial(self._paint, pane))
-        self._state.inputsChanged.connect(self._clear)
+        self._state.inputsChanged.connect(self._follow_inputs)
 
     @property
     def is_wanted(self) -> bool:
@@ -223,6 +223,11 @@ class ImageError(QObject):
         place = whole if compared.is_signed else rect
         painter.drawImage(place, self._difference)
         paint_bar(painter, place, whole.right(), compared.measure, text)
+
+    def _follow_inputs(self) -> None:
+        # The focus may have gone from A to B: the images are still those.
+        if self.compared is None:
+            self._clear()
 
     def _clear(self) -> None:
         if self._difference is None and not (self._generator.note or self._pane_b.note):

@@ -68,13 +68,13 @@ class PaneLayout(QSplitter):
 
     @property
     def compares(self) -> bool:
-        """Whether B is in sight."""
-        return self._compares and not self._browsing
+        """Whether B is in sight; then the latent browser is not."""
+        return self._compares
 
     @property
     def wipes(self) -> bool:
         """Whether A and B are in one image."""
-        return self._wipes and self.compares
+        return self._wipes and self._compares
 
     def show_b(self, compares: bool, wipes: bool | None = None) -> None:
         """Show B, or not: next to A or, if it `wipes`, in the same image; None for as before."""
@@ -132,7 +132,7 @@ class PaneLayout(QSplitter):
         self._browser.setVisible(self._browsing)
         self._generator.setVisible(generator)
         self._reference.setVisible(not alone)
-        self._pane_b.setVisible(self.compares and not self._wipes)
+        self._pane_b.setVisible(self._compares and not self._wipes)
         self._fit_browser()
         if had and had[0].isHidden():
             # Else a number's box would have the keys of the image that is gone.

@@ -1,5 +1,7 @@
 from ramp import make_tf
 
+from model.scene.ranges import fit_to_range
+
 ONE, OTHER = make_tf(110.0), make_tf(140.0)
 
 
@@ -57,6 +59,27 @@ def test_changes_by_one_key_are_one_edit_of_one_pane(state):
             tf_input.set(tf, "value", "handle 1")
     state.edits.undo()
     assert both(state) == (OTHER, first)
+
+
+def test_range_and_scale_are_those_of_both(state):
+    tf_input = state.tf_input
+    tf_input.compare(True)
+    tf_input.set(ONE)
+    before = both(state)
+    # Cut in A's focus, too, and back in full.
+    for pane in ("B", "A"):
+        tf_input.focus(pane)
+        cut = fit_to_range(state.transfer_function, (100.0, 150.0))
+        tf_input.set(cut, "range")
+        assert both(state) == tuple(fit_to_range(tf, (100.0, 150.0)) for tf in before)
+        state.edits.undo()
+        assert both(state) == before
+    log = ONE.on_scale("log")
+    tf_input.set(log, "scale")
+    assert both(state) == (log, log)
+    tf_input.compare(False)
+    state.edits.undo()
+    assert both(state) == before and not tf_input.compares
 
 
 def test_another_volume_has_the_tfs_that_it_had(state):

@@ -92,7 +92,17 @@ def test_b_takes_the_place_of_the_generator(qtbot, make_window):
     # The map has the place of both.
     window.latent_state.choose(shown=True)
     assert window.panes.images == [window.reference] and window.state.tf_input.pane == "A"
-    window.latent_state.choose(shown=False)
+    # Nothing is asked about B, which the key brings back at once, and the end of the map, too.
+    window.sensitivity_state.hover(130.0, effect=False)
+    asker = window.workspace.sensitivity
+    qtbot.waitUntil(lambda: asker.seen is not None)
+    assert not asker._channels["seen_too"].is_pending and asker.seen_too is None
+    window.sensitivity_state.hover(None)
+    QTest.keyClick(window, Qt.Key.Key_A)
+    assert window.panes.images == [window.reference, window.pane_b]
+    for shown in (True, False):
+        window.latent_state.choose(shown=shown)
+    assert window.panes.images == [window.reference, window.pane_b]
     QTest.keyClick(window, Qt.Key.Key_C)
     assert window.panes.images == [window.generator, window.reference]
     assert window.reference.caption.title == "Ground truth"
@@ -132,6 +142,11 @@ def test_the_difference_is_said_and_shown_over_b(qtbot, window):
     assert found.difference == pytest.approx(0.2126 * (reds[0] - reds[1]), abs=1e-6)
     assert f"differs from A by {found.error:.3f}".replace(" 0.", " .") == window.pane_b.note
     assert not window.generator.note
+    # Another focus changes neither image.
+    for name in ("A", "B"):
+        window.state.tf_input.focus(name)
+        settle(qtbot, window)
+        assert window.pane_b.note.startswith("differs") and window.image_error._difference
     window.state.tf_input.swap()
     settle(qtbot, window)
     assert window.image_error.compared.difference == pytest.approx(-found.difference)
