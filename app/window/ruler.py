@@ -73,8 +73,8 @@ class Ruler(QObject):
         if opened is None or canvas.image is None or canvas.message:
             return
         x, y = canvas.place_of(mouse.position())
-        inputs = state.inputs_of(next(p.name for p in self._context.panes if p.canvas is canvas))
-        found = ray_places(opened.volume, inputs, (2 * x - 1, 1 - 2 * y))
+        # The press has given the focus to A or B, whichever is drawn there.
+        found = ray_places(opened.volume, state.inputs, (2 * x - 1, 1 - 2 * y))
         if not found:
             self._context.status.say(NOTHING)
             return

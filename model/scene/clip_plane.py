@@ -85,18 +85,15 @@ class ClipPlane:
         """Return the corners (n, 3) of the plane's part in a box, in turn; none where it misses."""
         corners = np.array(list(itertools.product(*zip(box.low, box.high, strict=True))))
         depths = self.depths(corners, proportions)
-        found = []
-        for one, other in itertools.combinations(range(8), 2):
-            # Edges join corners that differ along one axis.
-            is_edge = (one ^ other).bit_count() == 1
-            if is_edge and (depths[one] < 0) != (depths[other] < 0):
-                share = depths[one] / (depths[one] - depths[other])
-                found.append(corners[one] + share * (corners[other] - corners[one]))
-        if len(found) < 3:
-            return np.empty((0, 3))
-        points = np.array(found)
-        across = (points - points.mean(axis=0)) * proportions
-        first = across[0] / np.linalg.norm(across[0])
+        # Edges join corners that differ along one axis.
+        edges = [(one, one | bit) for one in range(8) for bit in (1, 2, 4) if not one & bit]
+        cut = [edge for edge in edges if (depths[edge[0]] < 0) != (depths[edge[1]] < 0)]
+        one, other = np.array(cut, int).reshape(-1, 2).T
+        share = depths[one] / (depths[one] - depths[other])
+        points = corners[one] + share[:, None] * (corners[other] - corners[one])
+        across = (points - points.sum(axis=0) / max(len(points), 1)) * proportions
+        # Any direction in the plane.
+        first = np.cross(self.normal, np.eye(3)[np.argmin(np.abs(self.normal))])
         angles = np.arctan2(across @ np.cross(self.normal, first), across @ first)
         return points[np.argsort(angles)]
 
