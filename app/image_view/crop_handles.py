@@ -269,11 +269,8 @@ class CropHandles(QObject):
 
     def _handle_at(self, position: QPointF) -> Handle | None:
         """The handle under the mouse, the nearer one of two."""
-        for handle in self.handles:
-            away = self.position(handle) - position
-            if math.hypot(away.x(), away.y()) <= REACH:
-                return handle
-        return None
+        places = ((handle, self.position(handle) - position) for handle in self.handles)
+        return next((each for each, by in places if math.hypot(by.x(), by.y()) <= REACH), None)
 
     def _on_canvas(self, points: Points) -> list[QPointF]:
         rect = self._canvas.image_rect

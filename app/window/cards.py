@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
 
@@ -227,8 +227,6 @@ class UpAxisCard(Card):
 SLIDER_WIDTH = 180  # of a slider at least, in pixels
 PADDING = 22  # width of a voxel's box next to its number, in pixels
 
-SLIDER_TIP = "Drag an end, or the middle to move the slab"
-
 
 class CropCard(Card):
     """Shows the state's crop box and changes it; initially hidden."""
@@ -245,32 +243,19 @@ class CropCard(Card):
             for _ in range(3)
         ]
         self.planes = [(_voxel_box(), _voxel_box()) for _ in range(3)]
-        self.whole = clicked(QPushButton("Whole volume"), state.show_whole)
         self.offset = QDoubleSlider(Qt.Orientation.Horizontal)  # type: ignore[no-untyped-call]
-        self.face = clicked(QPushButton("Face the viewer"), state.face_clip)
-        self.flip = clicked(QPushButton("Flip"), state.flip_clip)
-        self.uncut = clicked(QPushButton("Remove"), lambda: state.clip_input.set(None))
-        for button, tip in (
-            (self.face, "Cut by a plane across the line of sight; drag its arrow to turn it"),
-            (self.flip, "Cut away the other side of the plane"),
-            (self.uncut, "Remove the plane; the crop box stays"),
-        ):
-            button.setToolTip(tip)
-            button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
-        self.whole.setToolTip("Show all of the volume again")
-        # After a click, keys such as W are the window's again.
-        self.whole.setFocusPolicy(Qt.FocusPolicy.TabFocus)
-        self.dismiss = IconButton(
-            "close",
-            "Close",
-            "K",
-            "Close this card; the volume stays cropped",
-            colors=theme.ON_IMAGE,
-        )
-        clicked(self.dismiss, lambda: self.set_shown(False))
+        turn = "Cut by a plane across the line of sight; drag its arrow to turn it"
+        self.whole = _button("Whole volume", "Show all of the volume again", state.show_whole)
+        self.face = _button("Face the viewer", turn, state.face_clip)
+        self.flip = _button("Flip", "Cut away the other side of the plane", state.flip_clip)
+        remove = partial(state.clip_input.set, None)
+        self.uncut = _button("Remove", "Remove the plane; the crop box stays", remove)
+        tip = "Close this card; the volume stays cropped"
+        dismiss = IconButton("close", "Close", "K", tip, colors=theme.ON_IMAGE)
+        self.dismiss = clicked(dismiss, lambda: self.set_shown(False))
         self._lay_out()
-        state.crop_input.changed.connect(self._show)
-        state.clip_input.changed.connect(self._show)
+        for cut in (state.crop_input, state.clip_input):
+            cut.changed.connect(self._show)
         state.navigationChanged.connect(self._name)
         self.set_volume(WITHOUT_VOLUME)
         self.hide()
@@ -313,7 +298,7 @@ class CropCard(Card):
         rows.setColumnStretch(2, 1)
         for axis, (first, last) in enumerate(self.planes):
             slider = self.sliders[axis]
-            slider.setToolTip(SLIDER_TIP)
+            slider.setToolTip("Drag an end, or the middle to move the slab")
             slider.setMinimumWidth(SLIDER_WIDTH)
             slider.setRange(0.0, 1.0)
             # The keys' way are the numbers next to it.
@@ -382,6 +367,14 @@ class CropCard(Card):
         place, least = place_of(voxel, count), least_length(count)
         self._state.crop_input.set(crop.with_plane(axis, side, place, least))
         self._show()
+
+
+def _button(text: str, tip: str, slot: Callable[[], object]) -> QPushButton:
+    """A button after a click on which keys such as W are the window's again."""
+    button = clicked(QPushButton(text), slot)
+    button.setToolTip(tip)
+    button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+    return button
 
 
 def _voxel_box() -> WholeNumberBox:

@@ -45,10 +45,10 @@ class Ruler(QObject):
         return was_on
 
     def remove(self) -> bool:
-        """Remove the line, or end what is measured; return False if there is neither."""
+        """Remove the line; return False if there is none."""
         had_line = bool(self._overlays.subject.line)
         self._show(())
-        return self.end() or had_line
+        return had_line
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """Take the left clicks, and the movements without a button, while the ruler is on."""

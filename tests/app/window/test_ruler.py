@@ -12,6 +12,7 @@ from PySide6.QtTest import QTest
 from app.window.figure import FigureLook, figure, pixels_of
 from model.rendering.ray_places import ray_places
 from model.rendering.scale_bar import Scale
+from model.scene.transfer_function import OpacityTF
 from model.scene.view import Projection
 from model.scene.volume import FileFacts, Volume
 
@@ -66,11 +67,22 @@ def test_two_clicks_measure_the_distance_of_what_shows_there(make_window):
 
 def test_a_click_on_nothing_is_said_and_escape_ends_the_ruler(make_window):
     window = make_window()
-    canvas = window.reference.canvas
+    canvas, state = window.reference.canvas, window.state
+    # In one image of A and B, each place is measured in what is drawn there.
+    state.tf_input.compare(True)
+    window.wipe.set_shown(True)
+    nothing = OpacityTF(state.scalar_range)
+    state.tf_input.focus("B")
+    state.tf_input.set(replace(state.transfer_function, opacity=nothing))
+    window.ruler.toggle()
+    click(canvas, (0.6, 0.5))
+    assert "Nothing shows there" in window.status.news
+    click(canvas, (0.4, 0.5))
+    assert len(window.overlays.subject.line) == 1 and window.ruler.end()
     window.ruler.toggle()
     click(canvas, (0.01, 0.01))
     assert "Nothing shows there" in window.status.news
-    click(canvas, (0.5, 0.5))
+    click(canvas, (0.45, 0.5))
     assert len(window.overlays.subject.line) == 1
     QTest.keyClick(window, Qt.Key.Key_Escape)
     assert window.overlays.subject.line == () and not window.ruler.is_on

@@ -41,8 +41,13 @@ def scene(view=PERSPECTIVE, tf=MODES, **others):
     return SceneInputs(view, tf, RAINBOW, LIGHT, **others)
 
 
+cuts = pytest.mark.parametrize(
+    ("view", "clip"), [(PERSPECTIVE, OBLIQUE), (NEAR, None), (NEAR, OBLIQUE)]
+)
+
+
+@cuts
 @pytest.mark.parametrize("lighting", ["none", "direct", "soft"])
-@pytest.mark.parametrize(("view", "clip"), [(PERSPECTIVE, OBLIQUE), (NEAR, None), (NEAR, OBLIQUE)])
 def test_the_ray_caster_draws_what_the_slow_one_draws(view, clip, lighting):
     volume = noisy()
     for tf in (MODES, SOLID):
@@ -55,16 +60,15 @@ def test_the_ray_caster_draws_what_the_slow_one_draws(view, clip, lighting):
         np.testing.assert_allclose(found, expected, atol=tolerance)
 
 
+@cuts
 @pytest.mark.parametrize("lighting", ["none", "direct"])
-@pytest.mark.parametrize(("view", "clip"), [(PERSPECTIVE, OBLIQUE), (NEAR, None), (NEAR, OBLIQUE)])
 @pytest.mark.parametrize("raster", [Raster(64, 64), Raster(48, 80, 0, 20, 48, 40)])
 def test_vtk_draws_the_same(view, clip, lighting, raster):
     volume = noisy()
     for tf in (MODES, SOLID):
+        inputs = scene(view, tf, clip=clip)
         ours, vtk = (
-            drawn(
-                partial(open_renderer, name), volume, scene(view, tf, clip=clip), raster, lighting
-            )
+            drawn(partial(open_renderer, name), volume, inputs, raster, lighting)
             for name in ("raycast", "vtk")
         )
         assert rms(ours - vtk) < 0.006
