@@ -102,7 +102,7 @@ class UpAxisCard(Card):
         super().__init__()
         self._context, self._state, self._workspace = context, context.state, context.workspace
         self._pictures = SmallPictures("up axis", PICTURE, context, self._show_pictures)
-        self._buttons: dict[str, QToolButton] = {}
+        self.buttons: dict[str, QToolButton] = {}
         self._views: list[View] = []  # which of the volume are small pictures; slow to find
         self._lay_out()
         self._rest = Pause(self, TF_REST_MS, self._ask_for_pictures)
@@ -114,19 +114,15 @@ class UpAxisCard(Card):
         self._workspace.reference.analystReplaced.connect(self._ask_for_pictures)
         self.hide()
 
-    def ask(self, present: str = "") -> None:
-        """Show the question; the button of the axis that points up now is marked."""
+    def ask(self) -> None:
+        """Show the question, whatever was answered; the axis that points up now is marked."""
         self._set_pictures({})
-        for axis, button in self._buttons.items():
-            button.setCheckable(axis == present)
-            button.setChecked(axis == present)
+        for axis, button in self.buttons.items():
+            button.setCheckable(axis == self._state.up_axis)
+            button.setChecked(axis == self._state.up_axis)
         self.show()
         self._ask_for_pictures()
         self._unused.start()
-
-    def ask_again(self) -> None:
-        """Show the question, whatever was answered."""
-        self.ask(self._state.up_axis)
 
     def _follow_view(self) -> None:
         if not self._state.is_at_home:
@@ -148,26 +144,22 @@ class UpAxisCard(Card):
         self._unused.stop()
         self._pictures.stop_tracing()
 
-    def button(self, axis: str) -> QToolButton:
-        """Return an axis' button."""
-        return self._buttons[axis]
-
     def _lay_out(self) -> None:
         tip = "Keep the volume as it is, and do not ask again"
         leave = IconButton("close", "Keep it", tip=tip, colors=theme.ON_IMAGE)
         self.leave = clicked(leave, self._remember)
         for axis in AXES:
-            button = self._buttons[axis] = clicked(QToolButton(), partial(self._choose, axis))
+            button = self.buttons[axis] = clicked(QToolButton(), partial(self._choose, axis))
             button.setText(axis.replace("-", "−"))
             button.setIconSize(QSize(ICON, ICON))
             button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextUnderIcon)
             button.setAccessibleName(f"{axis} is up")
         head = fill(QHBoxLayout(), label("Which way is up?", "title"), 0, self.leave)
-        pictures = fill(QHBoxLayout(), *self._buttons.values(), spacing=4)
+        pictures = fill(QHBoxLayout(), *self.buttons.values(), spacing=4)
         fill(QVBoxLayout(self), head, pictures, margins=(12, 4, 8, 8), spacing=2)
 
     def _set_pictures(self, pictures: Mapping[str, QImage]) -> None:
-        for axis, button in self._buttons.items():
+        for axis, button in self.buttons.items():
             picture = pictures.get(axis)
             text = f"Turn the volume so that its {axis} axis points up"
             button.setIcon(picture_icon(picture, ICON))
@@ -190,7 +182,7 @@ class UpAxisCard(Card):
         if is_known or opened.path.absolute() in {p.absolute() for p in shipped_volumes()}:
             self.hide()
             return
-        self.ask_again()
+        self.ask()
 
     def _remembered(self, fingerprint: str) -> str:
         return self._context.preferences.volume(fingerprint).up_axis

@@ -278,7 +278,7 @@ class Menus:
         up = menu.addMenu("U&p")
         self._add_choices(up, axes, lambda: state.up_axis, state.set_up_axis)
         up.addSeparator()
-        self._add(up, "By &pictures…", window.up_axis_card.ask_again, is_there=has_volume)
+        self._add(up, "By &pictures…", window.up_axis_card.ask, is_there=has_volume)
         self._add(
             menu, "&Free rotation", lambda: state.set_trackball(not state.trackball),
             "Ctrl+Shift+T", is_on=lambda: state.trackball,

@@ -1,11 +1,23 @@
 """Events as a mouse sends them."""
 
 from PySide6.QtCore import QPoint, Qt
-from PySide6.QtGui import QWheelEvent
+from PySide6.QtGui import QAction, QWheelEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
 LEFT, NONE = Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier
+
+
+def action(window, text):
+    """A window's action by its text in a menu."""
+    (found,) = [a for a in window.findChildren(QAction) if a.text().replace("&", "") == text]
+    return found
+
+
+def at(canvas, x, y):
+    """A place of an image, in fractions of its middle square."""
+    rect = canvas.image_rect
+    return QPoint(round(rect.left() + x * rect.width()), round(rect.top() + y * rect.height()))
 
 
 def drag(widget, *points, button=LEFT, keys=NONE):

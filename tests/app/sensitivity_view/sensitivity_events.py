@@ -1,13 +1,8 @@
 """Mouse events over the images and the opacity plot, for tests of sensitivities."""
 
-from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
+from PySide6.QtCore import QEvent, QPointF, Qt
 from PySide6.QtGui import QMouseEvent
 from PySide6.QtWidgets import QApplication
-
-
-def at(canvas, x, y):
-    rect = canvas.image_rect
-    return QPoint(round(rect.left() + x * rect.width()), round(rect.top() + y * rect.height()))
 
 
 def over_plot(window, value, height=0.8):

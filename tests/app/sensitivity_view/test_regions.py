@@ -2,11 +2,11 @@ from itertools import combinations
 
 import numpy as np
 import pytest
-from mouse_events import drag
+from mouse_events import at, drag
 from PySide6.QtCore import QPointF, QRect, QRectF, QSize, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QInputDialog
-from sensitivity_events import asked, at, hover
+from sensitivity_events import asked, hover
 
 from app.engines.requests import RegionSensitivityRequest
 from app.sensitivity_view.region_layer import name_corners

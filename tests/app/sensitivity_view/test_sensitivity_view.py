@@ -4,12 +4,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from mouse_events import drag
+from mouse_events import at, drag
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QFileDialog
 from ramp import make_tf, make_volume
-from sensitivity_events import at
 
 from app.window.main_window import MainWindow
 from model.errors import RenderError

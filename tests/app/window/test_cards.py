@@ -119,7 +119,7 @@ def test_it_is_asked_once_with_pictures(qtbot, make_window, builders):
         return [r for r in builders.analysts[-1].others if r.channel == "up axis"]
 
     def level(axis):
-        return bar.button(axis).icon().pixmap(8, 8).toImage().pixelColor(4, 4).red()
+        return bar.buttons[axis].icon().pixmap(8, 8).toImage().pixelColor(4, 4).red()
 
     # The fake's images are each brighter than the one before.
     qtbot.waitUntil(lambda: level(AXES[-1]) > level(AXES[1]) > 0)
@@ -130,7 +130,7 @@ def test_it_is_asked_once_with_pictures(qtbot, make_window, builders):
     # The pictures follow the TF.
     window.state.tf_input.set(make_tf(), "preset")
     qtbot.waitUntil(lambda: asked()[-1].inputs.opacity_tf == make_tf().opacity)
-    bar.button("-y").click()
+    bar.buttons["-y"].click()
     assert window.state.up_axis == "-y" and bar.isHidden()
     builders.volumes["other"] = make_volume("other", 300.0)
     open_volume(qtbot, window, "other")
@@ -151,10 +151,10 @@ def test_it_is_asked_once_with_pictures(qtbot, make_window, builders):
         open_volume(qtbot, window, name)
         assert bar.isHidden() and window.state.up_axis == axis
     # It goes when the volume is turned, and after a while; the menu brings it back.
-    window.up_axis_card.ask_again()
+    window.up_axis_card.ask()
     window.state.set_view(View(azimuth=77.0))
     assert bar.isHidden()
-    window.up_axis_card.ask_again()
+    window.up_axis_card.ask()
     assert bar.isVisible()
     window.up_axis_card._unused.timeout.emit()
     assert bar.isHidden()

@@ -65,7 +65,7 @@ def window(qtbot, make_window):
     window.resize(1600, 1000)
     window.sensitivity_state.add_region(Outline.rectangle(0.3, 0.3, 0.7, 0.6))
     window.crop_card.set_shown(True)
-    window.up_axis_card.ask("+z")
+    window.up_axis_card.ask()
     window.notice.add("It failed.", tone="error")
     qtbot.waitUntil(lambda: window.workspace.is_settled)
     window.editor.moves.select_strongest()

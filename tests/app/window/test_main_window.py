@@ -4,9 +4,8 @@ from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
 
-from mouse_events import drag
+from mouse_events import action, drag
 from PySide6.QtCore import QPoint, Qt
-from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QDialog, QWidget
 from ramp import make_tf, make_volume
 from rested_window import act_until, open_volume, settle
@@ -24,11 +23,6 @@ from model.volume_files.shipped import shipped_volumes, title_of
 def shown(pane):
     """Sequence number of the image that a pane shows."""
     return pane.canvas.image.pixelColor(0, 0).red()
-
-
-def action(window, text):
-    (found,) = (a for a in window.findChildren(QAction) if a.text().replace("&", "") == text)
-    return found
 
 
 def test_both_images_follow_view_and_tf(qtbot, make_window, builders):

@@ -110,7 +110,7 @@ def test_everything_has_room_at_any_size_and_nothing_moves(qtbot, make_window):
         assert bar.is_folded == (size[0] < 1180)
         alone = image.size()
         window.crop_card.set_shown(True)
-        window.up_axis_card.ask("+z")
+        window.up_axis_card.ask()
         for number in range(2):
             window.notice.add(f"/a/folder/engine{number}.nrrd: the file is truncated; copy it.")
         assert_whole(qtbot, window, size)
