@@ -19,6 +19,7 @@ from app.placing import freest
 from app.state.piece_finder import PieceFinder
 from app.state.sensitivity_asker import SensitivityAsker
 from app.state.sensitivity_state import SensitivityState, Tool
+from model.rendering.pieces import Piece
 from model.scene.region import Outline
 from model.sensitivity.peaks import contributions, percentages
 
@@ -370,7 +371,7 @@ class PlaceLabel(QFrame):
             f"<tr><td>{values}</td><td align='right' style='padding-left: 12px'>{part}</td></tr>"
             for values, part in ((escape(text), part) for text, part in lines)
         )
-        pieces = "".join(map(self._row_of, range(len(self._finder.pieces))))
+        pieces = "".join(map(self._row_of, self._finder.pieces, "01"))
         nothing = asker.waiting if asker.pick is None else "Nothing visible here"
         if pieces and not rows:
             rows = f"<tr><td>{nothing}</td></tr>"
@@ -381,15 +382,12 @@ class PlaceLabel(QFrame):
         self.show()
         self.raise_()
 
-    def _row_of(self, number: int) -> str:
-        """What can be done with a piece, as a row of the table."""
-        piece = self._finder.pieces[number]
-        what = "Piece"
-        if piece.values is not None:
-            what = f"Piece of {self._asker.state.range_text(piece.values)}"
-        color = theme.ON_IMAGE.change
+    def _row_of(self, piece: Piece, number: str) -> str:
+        """Write what can be done with a piece, as a row of the table."""
+        band = piece.values
+        what = "Piece" if band is None else f"Piece of {self._asker.state.range_text(band)}"
         does = " · ".join(
-            f"<a href='{deed}{number}' style='color: {color}'>{text}</a>"
+            f"<a href='{deed}{number}' style='color: {theme.ON_IMAGE.change}'>{text}</a>"
             for deed, text in (("a", "isolate"), ("c", "cut away"))
         )
         return (
@@ -399,8 +397,7 @@ class PlaceLabel(QFrame):
 
     def _take(self, link: str) -> None:
         """Show a piece alone, or cut it away."""
-        piece = self._finder.pieces[int(link[1:])]
-        (self._finder.show_alone if link[0] == "a" else self._finder.cut_away)(piece)
+        self._finder.take(self._finder.pieces[int(link[1:])], alone=link[0] == "a")
 
     def eventFilter(self, _canvas: QObject, event: QEvent) -> bool:
         """Stay at the place when the canvas has another size."""

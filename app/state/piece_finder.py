@@ -12,7 +12,7 @@ from app.state.sensitivity_state import SensitivityState
 from app.state.viewer_state import ViewerState
 from model.errors import TfscopeError
 from model.rendering.pieces import Piece, pieces_under
-from model.scene.mask import Mask, volume_text
+from model.scene.mask import volume_text
 from model.scene.volume import Volume
 
 
@@ -42,27 +42,22 @@ class PieceFinder(QObject):
         volume = self._volume()
         return "" if volume is None else volume_text(piece.count, volume)
 
-    def show_alone(self, piece: Piece) -> None:
-        """Show a piece, and nothing else: an edit that can be undone."""
-        self._mask(
-            piece.alone, "isolate piece", f"Only this piece of {self.space_of(piece)} is shown."
-        )
-
-    def cut_away(self, piece: Piece) -> None:
-        """Show what there is but a piece: an edit that can be undone."""
-        self._mask(piece.cut, "cut piece away", f"A piece of {self.space_of(piece)} is cut away.")
-
-    def _mask(self, change: Callable[[Mask | None], Mask | None], name: str, said: str) -> None:
+    def take(self, piece: Piece, alone: bool) -> None:
+        """Show a piece alone, or all but it: an edit that can be undone."""
         try:
-            mask = change(self._state.mask_input.value)
+            mask = piece.left(self._state.mask_input.value, alone)
         except TfscopeError as error:
             self._say(str(error))
             return
-        self._state.mask_input.set(mask, name)
+        self._state.mask_input.set(mask, "isolate piece" if alone else "cut piece away")
+        space = self.space_of(piece)
+        said = f"Only this piece of {space} is shown."
+        said = said if alone else f"A piece of {space} is cut away."
         self._say(f"{said} Undo or View > Show all voxels shows everything again.")
 
     def _follow(self, what: str) -> None:
-        if what == "place":
+        # Once places are shown again, what changed meanwhile has other pieces.
+        if what == "place" or (what == "choices" and not self.pieces):
             self._ask()
 
     def _ask(self, _value: object = None) -> None:

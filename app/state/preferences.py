@@ -187,13 +187,6 @@ def _name(fingerprint: str) -> str:
     return "".join(filter(str.isalnum, fingerprint))[:32]
 
 
-def _write_mask(path: Path, mask: Mask, volume: Volume) -> None:
-    # Imported here: a window opens before it reads or writes masks.
-    from model.volume_files.masks import write_mask
-
-    write_mask(path, mask, volume)
-
-
 class Preferences(QObject):
     """Remembers settings, recent files and volumes, in a folder or in memory only.
 
@@ -210,9 +203,9 @@ class Preferences(QObject):
         self._settings = settings_file(folder)
         self.start_problem = self._settings.problem
         self._volumes: dict[str, KeptFile[VolumeMemory]] = {}
-        # By the names of their files; those that are not written yet, with their volumes.
+        # By the names of their files; and what writes those that are new.
         self._masks: dict[str, Mask] = {}
-        self._new_masks: dict[str, Volume] = {}
+        self._new_masks: dict[str, Callable[[], None]] = {}
         self._has_failed = False
         self._pause = Pause(self, PAUSE_MS, self._write)
         self._writing = LatestCall("preferences", self, lambda _done: None, self._fail)
@@ -267,7 +260,11 @@ class Preferences(QObject):
         if self._masks.get(name) != mask:
             self._masks[name] = mask
             if self.folder is not None:
-                self._new_masks[name] = volume
+                # Imported here: a window opens before it reads or writes masks.
+                from model.volume_files.masks import write_mask
+
+                path = self.folder / "volumes" / name
+                self._new_masks[name] = partial(write_mask, path, mask, volume)
             self._write_soon()
         return name
 
@@ -348,19 +345,14 @@ class Preferences(QObject):
 
     def _unwritten(self) -> Callable[[], None]:
         new, self._new_masks = self._new_masks, {}
-        folder = (self.folder or Path()) / "volumes"
-        writes: list[Callable[[], None] | None] = [
-            partial(_write_mask, folder / name, self._masks[name], volume)
-            for name, volume in new.items()
-        ]
-        writes += [self._settings.unwritten()]
-        writes += [file.unwritten() for file in self._volumes.values()]
-        return partial(_call_all, list(filter(None, writes)))
+        files = [file.unwritten() for file in self._volumes.values()]
+        writes = [*new.values(), *filter(None, (self._settings.unwritten(), *files))]
 
+        def write() -> None:
+            for each in writes:
+                each()
 
-def _call_all(functions: list[Callable[[], None]]) -> None:
-    for function in functions:
-        function()
+        return write
 
 
 def _first(text: str, others: tuple[str, ...]) -> tuple[str, ...]:

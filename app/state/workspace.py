@@ -238,6 +238,8 @@ class Workspace(QObject):
         self._state.start_volume(opened.default, memory.tf, others, volume.file)
         if wanted.memory is not None:
             self._keep_edits()
+        if wanted.memory is not None or (memory.mask and opened.mask is None):
+            # A mask whose file is gone was warned of, which once is enough.
             self._keep(mask=self._mask_name(opened.mask))
         self.volumeStarted.emit()
 

@@ -30,7 +30,7 @@ from app.window.context import (
 from app.window.raw_dialog import RawDialog
 from app.window.sessions import Sessions
 from app.window.volume_dialogs import ContentsDialog, PropertiesDialog
-from model.errors import RenderError, TfscopeError, TransferFunctionError, VolumeError
+from model.errors import TfscopeError, TransferFunctionError, VolumeError
 from model.networks.card import MODEL_FILE
 from model.scene.ranges import RangeChoice
 from model.scene.transfer_function import TransferFunction
@@ -189,13 +189,8 @@ class Files(QObject):
         path = ask_for_place(self._context, "Save TF", TF_FILTER, (TF_SUFFIX,), name)
         if path is None:
             return
-        try:
-            self._context.state.save_transfer_function(path)
-        except TransferFunctionError as error:
-            self._fail(str(error))
-        else:
+        if self._saved(self._context.state.save_transfer_function, path):
             self._preferences.note_recent("transfer_functions", path)
-            self._status.say(f"Saved {path.absolute()}.")
 
     def save_sensitivity(self, result: SensitivityResult | None) -> None:
         """Ask for a file and write a sensitivity to it: a figure, or all numbers."""
@@ -206,12 +201,8 @@ class Files(QObject):
         path = ask_for_place(self._context, "Save sensitivity", SENSITIVITY_FILTER, suffixes)
         if path is None:
             return
-        try:
-            (save_figure if path.suffix.lower() == ".png" else save_numbers)(path, result)
-        except RenderError as error:
-            self._fail(str(error))
-        else:
-            self._status.say(f"Saved {path.absolute()}.")
+        is_figure = path.suffix.lower() == ".png"
+        self._saved(save_figure if is_figure else save_numbers, path, result)
 
     def ask_for_mask(self) -> None:
         """Ask for a file of labels, and show only voxels that have one: an edit."""
@@ -230,16 +221,14 @@ class Files(QObject):
             return
         if len(values) > 1 and labels.dimensions == opened.volume.dimensions:
             names = {label.value: label.name for label in labels.file.labels}
-            texts = [
-                "All",
-                *(f"{value:g} {names.get(int(value), '')}".rstrip() for value in values),
-            ]
+            texts = [f"{value:g} {names.get(int(value), '')}".rstrip() for value in values]
+            texts = ["All", *texts]
             chosen, is_chosen = QInputDialog.getItem(
                 self._window, "Open mask", "Label to show:", texts, editable=False
             )
             if not is_chosen:
                 return
-            values = values if chosen == "All" else [values[texts.index(chosen) - 1]]
+            values = [values[texts.index(chosen) - 1]] if chosen != "All" else values
         try:
             mask = mask_of(labels, values, opened.volume)
         except TfscopeError as error:
@@ -253,14 +242,18 @@ class Files(QObject):
         opened, mask = self._workspace.opened, self._context.state.mask_input.value
         name = proposed_name(self._context, "volume", f".mask{MASK_SUFFIX}")
         path = ask_for_place(self._context, "Save mask", MASK_FILTER, (MASK_SUFFIX,), name)
-        if path is None or opened is None or mask is None:
-            return
+        if path is not None and opened is not None and mask is not None:
+            self._saved(write_mask, path, mask, opened.volume)
+
+    def _saved(self, save: Callable[..., object], path: Path, *content: object) -> bool:
+        """Write a file, and say so; return False, and say why, if that fails."""
         try:
-            write_mask(path, mask, opened.volume)
+            save(path, *content)
         except TfscopeError as error:
             self._fail(str(error))
-        else:
-            self._status.say(f"Saved {path.absolute()}.")
+            return False
+        self._status.say(f"Saved {path.absolute()}.")
+        return True
 
     def join(self) -> None:
         """Wait until nothing is read any more."""
@@ -325,6 +318,8 @@ class Files(QObject):
 
     def start_volume(self) -> None:
         """Ask which of a file's volumes to show, and say where a model is of another volume."""
+        # Labels that are read were meant for the volume before.
+        self._labels.forget()
         opened = self._workspace.opened
         if opened is not None and (self._choice is None or self._choice[0] != opened.path):
             self.ask_for_content()

@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.errors import TfscopeError
-from model.rendering.ray_places import strongest_place, values_at
-from model.scene.crop import CropBox
+from model.rendering.ray_places import VISIBLE, places_along, values_at
 from model.scene.inputs import SceneInputs
 from model.scene.mask import Mask, hidden_voxels
 from model.scene.transfer_function import TF_SAMPLES, Range
@@ -34,15 +33,10 @@ class Piece:
     count: int  # of those that are connected
     values: Range | None  # of the band that they are of; None for all visible values
 
-    def alone(self, mask: Mask | None) -> Mask | None:
-        """Return the mask that shows of what a mask shows only the piece."""
-        shown = self.voxels.shown
+    def left(self, mask: Mask | None, alone: bool) -> Mask | None:
+        """Return the mask that shows of what a mask shows the piece alone, or all but the piece."""
+        shown = self.voxels.shown if alone else ~self.voxels.shown
         return Mask.of(shown if mask is None else shown & mask.shown)
-
-    def cut(self, mask: Mask | None) -> Mask | None:
-        """Return the mask that shows all of what a mask shows but the piece."""
-        others = ~self.voxels.shown
-        return Mask.of(others if mask is None else others & mask.shown)
 
 
 def pieces_under(volume: Volume, inputs: SceneInputs, at: tuple[float, float]) -> tuple[Piece, ...]:
@@ -50,8 +44,8 @@ def pieces_under(volume: Volume, inputs: SceneInputs, at: tuple[float, float]) -
 
     The pixel is as in :func:`model.rendering.ray_places.places_along`.
     """
-    place = strongest_place(volume, inputs, at)
-    return () if place is None else pieces_at(volume, inputs, place)
+    points, adds = places_along(volume, inputs, at)
+    return pieces_at(volume, inputs, points[adds.argmax()]) if adds.sum() >= VISIBLE else ()
 
 
 def pieces_at(volume: Volume, inputs: SceneInputs, place: NDArray[np.float64]) -> tuple[Piece, ...]:
@@ -63,20 +57,19 @@ def pieces_at(volume: Volume, inputs: SceneInputs, place: NDArray[np.float64]) -
     are told apart on a coarser grid. Raises :class:`TfscopeError` where nothing is visible.
     """
     last = np.array(volume.voxels.shape) - 1
-    crop = inputs.crop or CropBox()
-    first, end = (np.rint(np.array(c)[::-1] * last).astype(int) for c in (crop.low, crop.high))
-    part = tuple(slice(a, max(b, a) + 1) for a, b in zip(first, end, strict=True))
+    first, end = np.rint(inputs.part.corners(volume)[:, ::-1]).astype(int)
+    end = np.maximum(first, end)
+    part = tuple(slice(a, b + 1) for a, b in zip(first, end, strict=True))
     voxels, hidden = volume.voxels[part], hidden_voxels(volume, inputs.mask)
-    shown = None if hidden is None else ~hidden[part]
+    shown = np.ones(1, dtype=bool) if hidden is None else ~hidden[part]
     if inputs.clip is not None:
-        factors = np.array(inputs.clip.normal) * volume.proportions
+        *normal, level = inputs.part.plane(volume).tolist()
         x, y, z = (
-            factor * (2 * np.arange(each.start, each.stop, dtype=np.float32) / end - 1)
-            for factor, each, end in zip(factors, part[::-1], last[::-1], strict=True)
+            share * np.arange(along.start, along.stop, dtype=np.float32)
+            for share, along in zip(normal, part[::-1], strict=True)
         )
-        inside = x + y[:, None] + z[:, None, None] <= inputs.clip.offset
-        shown = inside if shown is None else shown & inside
-    seed = np.clip(np.rint(place[::-1] * last).astype(int), first, np.maximum(end, first)) - first
+        shown = shown & (x + y[:, None] + z[:, None, None] <= level)
+    seed = np.clip(np.rint(place[::-1] * last).astype(int), first, end) - first
     opacity = inputs.opacity_tf.sample(volume.scalar_range).astype(np.float64)
     opacity[opacity < max(LEAST_OPACITY * opacity.max(), TINY)] = 0
     steps = np.diff(np.concatenate([[0], (opacity > 0).astype(np.int8), [0]]))
@@ -86,14 +79,15 @@ def pieces_at(volume: Volume, inputs: SceneInputs, place: NDArray[np.float64]) -
         inside, box = _connected(visible, start)
         whole = np.zeros(volume.voxels.shape, dtype=bool)
         whole[part][box] = _grown(inside) & ~(visible[box] & ~inside)
-        return Piece(Mask.packed(whole), int(np.count_nonzero(inside)), band)
+        packed = np.packbits(whole).tobytes()
+        return Piece(Mask(volume.voxels.shape, packed), int(np.count_nonzero(inside)), band)
 
-    def shown_of(bins: list[tuple[int, int]]) -> NDArray[np.bool_]:
-        found = _of_values(voxels, bins, volume)
-        return found if shown is None else found & shown
-
-    visible = shown_of(runs)
-    near = _near(visible, seed)
+    visible = _of_values(voxels, runs, volume) & shown
+    low = np.maximum(seed - 2, 0)
+    near = np.argwhere(visible[tuple(map(slice, low, seed + 3))]) + low
+    if not len(near):
+        raise TfscopeError("Nothing that the TF shows is here; click what is to be taken.")
+    near = near[np.argsort(((near - seed) ** 2).sum(axis=1), kind="stable")]
     found = [piece_of(visible, near[0], None)]
     lo, hi = volume.scalar_range
     # The value at the place; and those of voxels, as between two there may be values of neither.
@@ -107,8 +101,9 @@ def pieces_at(volume: Volume, inputs: SceneInputs, place: NDArray[np.float64]) -
             break
         within = near[(bins[1:] >= band[0]) & (bins[1:] <= band[1])]
         if len(within):
-            low, high = (lo + (hi - lo) * each / LAST for each in band)
-            found.append(piece_of(shown_of([band]), within[0], (low, high)))
+            start, stop = (lo + (hi - lo) * each / LAST for each in band)
+            within_band = _of_values(voxels, [band], volume) & shown
+            found.append(piece_of(within_band, within[0], (start, stop)))
             break
     return tuple(found if found[-1].count < ALIKE * found[0].count else found[:1])
 
@@ -142,15 +137,6 @@ def _of_values(
     return found
 
 
-def _near(visible: NDArray[np.bool_], seed: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return the visible voxels (n, 3) up to two from one, the nearest first."""
-    low = np.maximum(seed - 2, 0)
-    around = np.argwhere(visible[tuple(map(slice, low, seed + 3))]) + low
-    if not len(around):
-        raise TfscopeError("Nothing that the TF shows is here; click what is to be taken.")
-    return np.asarray(around[np.argsort(((around - seed) ** 2).sum(axis=1), kind="stable")])
-
-
 def _connected(
     visible: NDArray[np.bool_], seed: NDArray[np.int64]
 ) -> tuple[NDArray[np.bool_], tuple[slice, ...]]:
@@ -158,7 +144,7 @@ def _connected(
 
     Along each axis there is a voxel more on both sides of the box, where the grid has one.
     """
-    from scipy.ndimage import label
+    from scipy.ndimage import find_objects, label
 
     factor = 1
     while np.prod(-(-np.array(visible.shape) // factor)) > MOST_VOXELS:
@@ -168,24 +154,18 @@ def _connected(
     cells[cell] = True
     labels, _ = label(cells)
     inside = labels == labels[cell]
-    box = []
-    for axis, count in enumerate(cells.shape):
-        others = tuple(each for each in range(3) if each != axis)
-        seen = np.flatnonzero(inside.any(axis=others))
-        box.append(slice(max(int(seen[0]) - 1, 0), min(int(seen[-1]) + 2, count)))
-    inside, cells = inside[tuple(box)], cells[tuple(box)]
+    (found,) = find_objects(inside.view(np.uint8))
+    box = tuple(slice(max(each.start - 1, 0), each.stop + 1) for each in found)
+    inside, cells = inside[box], cells[box]
     if factor == 1:
-        return inside, tuple(box)
+        return inside, box
     # Cells at the surface have few visible voxels: those of no other piece belong to this one.
     inside = _grown(inside) & ~(cells & ~inside)
-    fine = tuple(
-        slice(part.start * factor, min(part.stop * factor, count))
-        for part, count in zip(box, visible.shape, strict=True)
-    )
+    fine = tuple(slice(each.start * factor, each.stop * factor) for each in box)
     for axis in (2, 1, 0):
         inside = np.repeat(inside, factor, axis=axis)
-    found = visible[fine]
-    return found & inside[tuple(slice(count) for count in found.shape)], fine
+    shown = visible[fine]
+    return shown & inside[tuple(map(slice, shown.shape))], fine
 
 
 def _thinned(visible: NDArray[np.bool_], factor: int) -> NDArray[np.bool_]:

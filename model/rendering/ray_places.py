@@ -72,17 +72,6 @@ def places_along(
     return points, alphas * np.concatenate([[1.0], through])[:count]
 
 
-def strongest_place(
-    volume: Volume, inputs: SceneInputs, at: tuple[float, float]
-) -> NDArray[np.float64] | None:
-    """Return the place (3,) that adds most to a pixel; None where nothing is visible.
-
-    Pixel and place are those of :func:`places_along`.
-    """
-    points, weights = places_along(volume, inputs, at)
-    return points[np.argmax(weights)] if weights.sum() >= VISIBLE else None
-
-
 def ray_places(
     volume: Volume, inputs: SceneInputs, at: tuple[float, float]
 ) -> list[tuple[Triple, float]]:

@@ -32,11 +32,6 @@ class Mask:
             return None
         if not shown.any():
             raise TfscopeError("Nothing would be left to show, so the image stays as it is.")
-        return cls.packed(shown)
-
-    @classmethod
-    def packed(cls, shown: NDArray[np.bool_]) -> Mask:
-        """Return the mask of voxels (nz, ny, nx), be they all or none."""
         nz, ny, nx = shown.shape
         return cls((nz, ny, nx), np.packbits(shown).tobytes())
 
@@ -56,20 +51,25 @@ class Mask:
         return np.asarray((bytes_ >> (7 - (number & 7))) & 1).astype(bool)
 
 
-def hidden_voxels(volume: Volume, mask: Mask | None) -> NDArray[np.bool_] | None:
-    """Return the voxels of a volume that are transparent under any TF; None without any.
+def masked_voxels(volume: Volume, mask: Mask) -> NDArray[np.bool_]:
+    """Return a volume's voxels that a mask hides.
 
     Raises :class:`TfscopeError` for a mask of another grid.
     """
-    if mask is None:
-        return volume.hidden
     if mask.shape != volume.voxels.shape:
         sizes = (" × ".join(map(str, shape[::-1])) for shape in (mask.shape, volume.voxels.shape))
         raise TfscopeError(
             f"{volume.name}: a mask of {next(sizes)} voxels is not of this volume, which has "
             f"{next(sizes)}; make a new one."
         )
-    hidden = ~mask.shown
+    return ~mask.shown
+
+
+def hidden_voxels(volume: Volume, mask: Mask | None) -> NDArray[np.bool_] | None:
+    """Return the voxels that are transparent under any TF; see :func:`masked_voxels`."""
+    if mask is None:
+        return volume.hidden
+    hidden = masked_voxels(volume, mask)
     return hidden if volume.hidden is None else hidden | volume.hidden
 
 
@@ -79,9 +79,7 @@ def volume_text(voxels: int, volume: Volume) -> str:
     if unit not in UNITS:
         return f"{voxels:,} voxel{'' if voxels == 1 else 's'}"
     size = voxels * math.prod(volume.spacing) * UNITS[unit] ** 3
-    named = "µm" if unit == "um" else unit
-    for larger in ("mm", "cm", "m"):
-        if UNITS[larger] > UNITS[unit] and size >= UNITS[larger] ** 3:
-            named = larger
+    larger = [u for u in ("mm", "cm", "m") if UNITS[u] > UNITS[unit] and size >= UNITS[u] ** 3]
+    named = ["µm" if unit == "um" else unit, *larger][-1]
     size /= UNITS[named] ** 3
     return f"{size:,.0f} {named}³" if size >= 100 else f"{size:.3g} {named}³"

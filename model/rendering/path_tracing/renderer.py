@@ -126,7 +126,7 @@ class PathTracer:
         self._volume, self._seed = volume, seed
         self._light = light or LightDirection()
         self._lamp = lamp or Lamp()
-        self._executor = ThreadPoolExecutor(
+        executor = self._executor = ThreadPoolExecutor(
             threads or os.cpu_count() or 1, thread_name_prefix="path"
         )
         scalars, (lo, hi) = renderable_scalars(volume, KERNEL_TYPES)
@@ -136,9 +136,10 @@ class PathTracer:
         self._noise = noise_of(scalars)
         self._steepness = 1 / _typical_difference(scalars, hi - lo)
 
+        # Without the tracer itself: in a circle its voxels would outlive it.
         def under(mask: Mask | None) -> _Shown:
             hidden = hidden_voxels(volume, mask)
-            cells = MinMaxCells(scalars, (lo, per_bin), self._executor, hidden)
+            cells = MinMaxCells(scalars, (lo, per_bin), executor, hidden)
             extinctions = ExtinctionClassifier(cells, volume.scalar_range, sample_distance)
             return _Shown(marks_of(volume, mask), cells, extinctions)
 

@@ -89,19 +89,19 @@ class RaycastRenderer:
         self.skip_empty = self.terminate_early = True
         self._go_on: Callable[[], object] = lambda: None
         self._volume = volume
-        self._executor = ThreadPoolExecutor(
-            threads or os.cpu_count() or 1, thread_name_prefix="raycast"
-        )
+        threads = threads or os.cpu_count() or 1
+        executor = self._executor = ThreadPoolExecutor(threads, thread_name_prefix="raycast")
         scalars, (lo, hi) = renderable_scalars(volume, KERNEL_TYPES)
         self._voxels = scalars.reshape(-1)
         bins = (lo, (TF_SAMPLES - 1) / (hi - lo))
         self._scale = np.float32(lo), np.float32(bins[1] * LEVELS_PER_BIN)
         self._is_coarsely_lit = False
 
+        # Without the renderer itself: in a circle its voxels would outlive it.
         def under(mask: Mask | None) -> _Shown:
             hidden = hidden_voxels(volume, mask)
-            cells = MinMaxCells(scalars, bins, self._executor, hidden)
-            grid = partial(Illumination, scalars, bins, volume, self._executor, missing=hidden)
+            cells = MinMaxCells(scalars, bins, executor, hidden)
+            grid = partial(Illumination, scalars, bins, volume, executor, missing=hidden)
             lit = SceneLight(volume, scalars, lighting, light or LightDirection(), grid)
             return _Shown(marks_of(volume, mask), cells, Classifier(volume, cells), lit)
 

@@ -1,5 +1,7 @@
-"""Masks leave voxels out in every renderer: beside the reference, crop boxes and one another."""
+"""Masks leave voxels out in every renderer, as in the reference, crop boxes and one another."""
 
+import gc
+import weakref
 from functools import partial
 
 import numpy as np
@@ -89,7 +91,21 @@ def test_the_overview_of_opacities_leaves_hidden_voxels_out(volume):
     assert found == pytest.approx(expected, abs=0.01)
 
 
-def test_a_mask_of_another_grid_is_refused(volume):
+@pytest.mark.parametrize("name", ["raycast", "vtk"])
+def test_a_mask_of_another_grid_is_refused(volume, name):
     other = Mask.of(np.eye(EDGE, dtype=bool)[None].repeat(3, axis=0))
     with pytest.raises(TfscopeError, match="24 × 24 × 3 voxels is not of this volume"):
-        drawn(RaycastRenderer, volume, inputs(other), SIZE)
+        drawn(partial(open_renderer, name), volume, inputs(other), SIZE)
+
+
+@pytest.mark.parametrize("kind", [RaycastRenderer, PathTracer])
+def test_nothing_keeps_the_voxels_of_a_closed_renderer(volume, kind):
+    gc.disable()
+    try:
+        renderer = kind(volume)
+        kept = weakref.ref(renderer)
+        renderer.close()
+        del renderer
+        assert kept() is None
+    finally:
+        gc.enable()
