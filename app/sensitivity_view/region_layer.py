@@ -65,7 +65,7 @@ class RegionLayer(QObject):
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """Handle mouse events on regions, and while a tool is chosen; pass on all others."""
         kind = event.type()
-        if not self._state.choices.shown:
+        if not self._state.choices.shown and self._state.tool is not None:
             return False
         if kind == QEvent.Type.MouseButtonPress:
             return self._press(cast("QMouseEvent", event))
@@ -81,7 +81,8 @@ class RegionLayer(QObject):
 
     def refresh(self) -> None:
         """Show the present regions and the cursor of the tool; guidance off ends a drag."""
-        if not self._state.choices.shown and self._pressed is not None:
+        is_drag = self._grip is not None or self._state.tool is not None
+        if not self._state.choices.shown and self._pressed is not None and is_drag:
             self._pressed, self._grip, self._lasso = None, None, []
             self._state.set_tool(None)
             self._state.finish_region()
@@ -169,7 +170,7 @@ class RegionLayer(QObject):
     def _grip_at(self, position: QPointF) -> str | int | None:
         """The active region's corner at a position, "edge" for its edge, else None."""
         polygon = self._polygon(self._state.outline, self._canvas.image_rect)
-        if polygon.isEmpty():
+        if polygon.isEmpty() or not self._state.choices.shown:
             return None
         points = [polygon.at(i) for i in range(polygon.size())]
         if _is_rectangle(self._state.outline):

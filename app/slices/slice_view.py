@@ -1,4 +1,4 @@
-"""What the three slices show together, and one of them: picture, cross-hair, crop box, mouse."""
+"""Three slices, or a large one: picture, cross-hair, crop box, mouse, and what is under it."""
 
 from __future__ import annotations
 
@@ -18,48 +18,63 @@ from PySide6.QtGui import (
     QResizeEvent,
     QWheelEvent,
 )
+from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout, QWidget
 
 from app import theme
-from app.number_box import WholeNumberBox
-from app.state.edits import EditedInput
+from app.caption_button import CaptionButton
+from app.controls import ElidedLabel, add_action, add_choices, fill
+from app.number_box import WholeNumberBox, significant
+from app.state.viewer_state import ViewerState
 from model.scene.crop import CropBox, least_length
 from model.scene.slices import (
     MIDDLE,
     Plane,
     SliceColors,
     SlicePaint,
+    coordinates,
+    cut_away,
     gray_window,
     place_at,
     planes_of,
+    stored_at,
     voxel_of,
 )
-from model.scene.transfer_function import Range, TransferFunction
+from model.scene.transfer_function import Range
 from model.scene.volume import Triple, Volume
 
 FAST = 10  # slices of a notch of the wheel with Shift
 ZOOM = 1.15  # factor of a notch with Ctrl
 LARGEST, MARGIN = 200, 0.06  # most enlargement of a slice; room around it, by its size
+FADED = 4  # by which the opacity of voxels that images do not show is divided
 GAP = 6.0  # half the gap of the cross-hair in its middle, in pixels
 PLACE, PADDING = 6, 8  # distance of the number's box to the corner, and its margin, in pixels
 GRAY_PIXELS = 200.0  # pixels of a drag that make the window of gray 2.7 times as wide
 
+COLORS: dict[SliceColors, tuple[str, str]] = {
+    "gray": ("Gray", "Drag with the right button to change its window"),
+    "colors": ("TF", "The TF's colours"),
+    "overlay": ("Overlay", "The TF's colours over gray, as opaque as the TF has them"),
+}
+LEAST_DIGITS = 4  # of a coordinate
+
 
 class SliceState(QObject):
-    """What the slices show, to be read; it is changed by :meth:`show`."""
+    """What the slices show next to the viewer's inputs, to be read; :meth:`show` changes it."""
 
     changed = Signal()
+    moved = Signal()  # emitted when the user has moved the cross-hair
     hovered = Signal(object)  # emitted with the place under the mouse; None when it leaves
 
     volume: Volume | None = None
-    planes = planes_of("+z")
     place: Triple = MIDDLE  # of the cross-hair, in fractions of the volume's extent
     colors: SliceColors = "gray"
     window: Range = (0.0, 1.0)  # values that are gray, from black to white
-    tf: TransferFunction | None = None
-    smooth = True  # whether there are values between voxels
     band: Range | None = None  # values that are outlined
-    crop: CropBox | None = None
     edits_crop = False  # whether the crop box has handles
+
+    def __init__(self, viewer: ViewerState, parent: QObject) -> None:
+        super().__init__(parent)
+        self.viewer = viewer
 
     def show(self, **changes: Any) -> None:
         """Change some of the attributes, by their names."""
@@ -67,35 +82,18 @@ class SliceState(QObject):
             vars(self).update(changes)
             self.changed.emit()
 
-    @property
-    def paint(self) -> SlicePaint:
-        """The colours of values."""
-        tf = None if self.colors == "gray" else self.tf
-        return SlicePaint.of(self.window, tf, self.colors == "overlay")
-
     def move(self, place: Triple) -> None:
         """Put the cross-hair onto the voxel nearest to a place."""
         if self.volume is not None:
             self.show(place=place_at(self.volume, voxel_of(self.volume, place)))
+            self.moved.emit()
 
     def scroll(self, axis: int, steps: int) -> None:
         """Go on by some slices, which are in the way that their axis points."""
         if self.volume is not None:
-            x, y, z = (
-                number + steps * (each == axis)
-                for each, number in enumerate(voxel_of(self.volume, self.place))
-            )
-            self.show(place=place_at(self.volume, (x, y, z)))
-
-
-class _Picture(pg.ImageItem):  # type: ignore[misc]
-    """A picture that is smoothed where there are values between voxels."""
-
-    smooth = True
-
-    def paint(self, painter: QPainter, *arguments: Any) -> None:
-        painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform, self.smooth)
-        super().paint(painter, *arguments)
+            voxel = list(voxel_of(self.volume, self.place))
+            voxel[axis] += steps
+            self.move(place_at(self.volume, (voxel[0], voxel[1], voxel[2])))
 
 
 class SliceView(pg.GraphicsView):  # type: ignore[misc]
@@ -106,16 +104,14 @@ class SliceView(pg.GraphicsView):  # type: ignore[misc]
     """
 
     _is_fit = False  # whether all of the slice is shown
+    _is_hatched = False  # whether some of it is clear
 
     def __init__(
-        self,
-        state: SliceState,
-        number: int,
-        crop: EditedInput[CropBox | None],
-        enlarge: Callable[[SliceView], object],
+        self, state: SliceState, number: int, enlarge: Callable[[SliceView], object]
     ) -> None:
         super().__init__(background=theme.CANVAS)
-        self._state, self._number, self._crop, self._enlarge = state, number, crop, enlarge
+        self._state, self._number, self._enlarge = state, number, enlarge
+        self._crop = state.viewer.crop_input
         self._grid: object = None
         self._drawn: object = None
         self._whole = self._voxels = QRectF(0, 0, 1, 1)
@@ -129,7 +125,7 @@ class SliceView(pg.GraphicsView):  # type: ignore[misc]
         )
         self._box.disableAutoRange()
         self.setCentralItem(self._box)
-        self._picture = _Picture(axisOrder="row-major")
+        self._picture = pg.ImageItem(axisOrder="row-major")
         self._box.addItem(self._picture)
         self._rectangle = _crop_rectangle()
         self._rectangle.sigRegionChanged.connect(self._take_crop)
@@ -147,26 +143,37 @@ class SliceView(pg.GraphicsView):  # type: ignore[misc]
     @property
     def plane(self) -> Plane:
         """Which slices these are."""
-        return self._state.planes[self._number]
+        viewer = self._state.viewer
+        return planes_of(viewer.up_axis, viewer.axis_labels)[self._number]
+
+    @property
+    def _volume(self) -> Volume:
+        volume = self._state.volume
+        assert volume is not None
+        return volume
 
     def refresh(self) -> None:
         """Show what is not shown yet of the state."""
-        state, plane = self._state, self.plane
-        volume = state.volume
-        if volume is None:
-            return
+        state, viewer, plane, volume = self._state, self._state.viewer, self.plane, self._volume
         grid = volume.dimensions, volume.spacing, plane
         if grid != self._grid:
             self._grid = grid
             self._start(volume, plane)
         index = voxel_of(volume, state.place)[plane.axis]
-        drawn = volume, plane, index, state.paint, state.band, state.smooth
+        tf = None if state.colors == "gray" else viewer.transfer_function
+        paint = SlicePaint.of(state.window, tf, state.colors == "overlay")
+        hides, smooth = (viewer.mask_input.value, viewer.clip), viewer.interpolates
+        drawn = volume, plane, index, paint, state.band, smooth, hides
         if drawn != self._drawn:
             self._drawn = drawn
             hidden = None if volume.hidden is None else plane.cut(volume.hidden, state.place)
             values, ink = plane.cut(volume.voxels, state.place), QColor(theme.ON_IMAGE.visible)
-            picture = state.paint.picture(values, hidden, state.band, ink.rgb() & 0xFFFFFF)
-            self._picture.smooth = state.smooth
+            picture = paint.picture(values, hidden, state.band, ink.rgb() & 0xFFFFFF)
+            cut = cut_away(volume, plane, state.place, *hides)
+            if cut is not None:
+                picture[cut, 3] //= FADED
+            self._is_hatched = hidden is not None or cut is not None
+            self.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform, smooth)
             self._picture.setImage(picture, autoLevels=False, levels=None)
             self._picture.setRect(self._voxels)
         self.number.show_value(index)
@@ -211,7 +218,7 @@ class SliceView(pg.GraphicsView):  # type: ignore[misc]
 
     def _show_crop(self) -> None:
         """Draw the crop box where there is one, with handles while it can be dragged."""
-        box, edits = self._state.crop, self._state.edits_crop
+        box, edits = self._crop.value, self._state.edits_crop
         self._rectangle.setVisible(box is not None or edits)
         box = box or CropBox()
         rect = QRectF(self._in_picture(box.low), self._in_picture(box.high)).normalized()
@@ -223,8 +230,7 @@ class SliceView(pg.GraphicsView):  # type: ignore[misc]
 
     def _take_crop(self, rectangle: Any) -> None:
         """Move the planes of the crop box that were dragged."""
-        box, plane, volume = self._crop.value or CropBox(), self.plane, self._state.volume
-        assert volume is not None
+        box, plane, volume = self._crop.value or CropBox(), self.plane, self._volume
         low = rectangle.pos()
         corners = [
             plane.moved(MIDDLE, (at.x() / self._whole.width(), at.y() / self._whole.height()))
@@ -238,9 +244,8 @@ class SliceView(pg.GraphicsView):  # type: ignore[misc]
         self._crop.move(box)
 
     def _go_to(self, number: int) -> None:
-        if self._state.volume is not None:
-            axis = self.plane.axis
-            self._state.scroll(axis, number - voxel_of(self._state.volume, self._state.place)[axis])
+        axis = self.plane.axis
+        self._state.scroll(axis, number - voxel_of(self._volume, self._state.place)[axis])
 
     def _in_picture(self, place: Triple) -> QPointF:
         x, y = self.plane.in_picture(place)
@@ -322,9 +327,9 @@ class SliceView(pg.GraphicsView):  # type: ignore[misc]
         state, buttons = self._state, event.buttons()
         if self._grip is not None:
             self._rectangle.movePoint(self._grip, event.position(), finish=False, coords="scene")
-        elif buttons & Qt.MouseButton.RightButton and state.volume is not None:
+        elif buttons & Qt.MouseButton.RightButton:
             wider, higher = math.exp(moved.x() / GRAY_PIXELS), -moved.y() / GRAY_PIXELS
-            whole = state.volume.scalar_range
+            whole = self._volume.scalar_range
             state.show(window=gray_window(state.window, whole, wider, higher))
         elif buttons & Qt.MouseButton.MiddleButton or (
             event.modifiers() & Qt.KeyboardModifier.ShiftModifier
@@ -342,9 +347,9 @@ class SliceView(pg.GraphicsView):  # type: ignore[misc]
         return next((item for item in self.items(position.toPoint()) if item in handles), None)
 
     def drawBackground(self, painter: QPainter, rect: QRectF) -> None:
-        """Hatch what is clear: nothing was measured there."""
+        """Hatch what is clear: nothing was measured there, or images do not show it."""
         painter.fillRect(rect, QColor(theme.CANVAS))
-        if self._state.volume is not None and self._state.volume.hidden is not None:
+        if self._is_hatched:
             shown = self._box.mapViewToScene(self._voxels).boundingRect()
             hatch = QBrush(QColor(theme.ON_IMAGE.line), Qt.BrushStyle.BDiagPattern)
             painter.fillRect(shown.intersected(QRectF(self.rect())), hatch)
@@ -356,26 +361,89 @@ class SliceView(pg.GraphicsView):  # type: ignore[misc]
         color.setAlpha(170)
         painter.setPen(QPen(color, 1))
         x, y = at.x(), at.y()
-        for line in (QLineF(0, y, x - GAP, y), QLineF(x + GAP, y, wide, y)):
-            painter.drawLine(line)
-        for line in (QLineF(x, 0, x, y - GAP), QLineF(x, y + GAP, x, high)):
-            painter.drawLine(line)
+        level = QLineF(0, y, x - GAP, y), QLineF(x + GAP, y, wide, y)
+        painter.drawLines([*level, QLineF(x, 0, x, y - GAP), QLineF(x, y + GAP, x, high)])
         inside, sides = self.rect().adjusted(4, 2, -4, -2), Qt.AlignmentFlag
         plate = QColor(theme.CANVAS)
         plate.setAlpha(150)
         painter.setPen(QColor(theme.ON_IMAGE.dim))
-        level, upright = sides.AlignVCenter, sides.AlignHCenter
-        places = (
-            *(level | sides.AlignLeft, level | sides.AlignRight),
-            *(upright | sides.AlignBottom, upright | sides.AlignTop),
-        )
-        for text, place in zip(self.plane.edges, places, strict=True):
+        places = sides.AlignLeft, sides.AlignRight, sides.AlignBottom, sides.AlignTop
+        middles = 2 * (sides.AlignVCenter,) + 2 * (sides.AlignHCenter,)
+        for text, side, middle in zip(self.plane.edges, places, middles, strict=True):
+            place = side | middle
             # Else the cross-hair would cross out the letters in the middle.
             painter.fillRect(painter.boundingRect(inside, place, text), plate)
             painter.drawText(inside, place, text)
         if self.hasFocus():
             painter.setPen(QPen(QColor(theme.ON_IMAGE.change), 1))
             painter.drawRect(self.rect().adjusted(0, 0, -1, -1))
+
+
+class SlicesColumn(QWidget):
+    """Shows three slices; a double click makes one of them large."""
+
+    def __init__(self, state: SliceState, resized: Callable[[], object]) -> None:
+        super().__init__()
+        self._state, self._resized = state, resized
+        self._under: Triple | None = None
+        self.views = [SliceView(state, number, self._enlarge) for number in range(3)]
+        self.button = CaptionButton()
+        menu = self.button.add_menu()
+        self.choices = add_choices(menu, COLORS, lambda colors: state.show(colors=colors))
+        menu.addSeparator()
+        add_action(menu, "Gray of &all values", self._reset_gray)
+        self.value, self.where = ElidedLabel(), ElidedLabel()
+        self.where.setProperty("role", "dim")
+        foot = fill(QHBoxLayout(), self.button, margins=(4, 2, 6, 2), spacing=6)
+        foot.addLayout(fill(QVBoxLayout(), self.value, self.where), 1)
+        column = fill(QVBoxLayout(self), spacing=1)
+        for view in self.views:
+            column.addWidget(view, 1)
+        column.addLayout(foot)
+        state.changed.connect(self.refresh)
+        state.viewer.inputsChanged.connect(state.viewer.calm.soon(self.refresh))
+        state.viewer.navigationChanged.connect(self.refresh)
+        state.hovered.connect(self._say)
+
+    @property
+    def is_large(self) -> bool:
+        """Whether one slice is shown alone."""
+        return any(view.isHidden() for view in self.views)
+
+    def _enlarge(self, view: SliceView) -> None:
+        was_large = self.is_large
+        for each in self.views:
+            each.setVisible(was_large or each is view)
+        self._resized()
+
+    def refresh(self) -> None:
+        """Show what is not shown yet, unless nothing is to be seen."""
+        if self.isHidden() or self._state.volume is None:
+            return
+        for view in self.views:
+            view.refresh()
+        self.choices[self._state.colors].setChecked(True)
+        self.button.set_title(COLORS[self._state.colors][0])
+        self._say(self._under)
+
+    def _reset_gray(self) -> None:
+        if self._state.volume is not None:
+            self._state.show(window=self._state.volume.scalar_range)
+
+    def _say(self, place: Triple | None) -> None:
+        """Say value and place under the mouse; without one, those at the cross-hair."""
+        volume = self._state.volume
+        if volume is None:
+            return
+        self._under, place = place, place or self._state.place
+        value = stored_at(volume, place)
+        said = "nothing measured" if value is None else f"{value:.9g} {volume.units}".rstrip()
+        name = "" if value is None else self._state.viewer.label_name(value)
+        voxel = ", ".join(map(str, voxel_of(volume, place)))
+        self.value.set_full_text("   ".join(filter(None, (said, name, f"voxel {voxel}"))))
+        step, found = min(volume.spacing), coordinates(volume, place)
+        numbers = [f"{axis} {_written(number, step)}" for axis, number in found]
+        self.where.set_full_text("  ".join([*numbers, volume.file.spacing_unit]).rstrip())
 
 
 def _crop_rectangle() -> Any:
@@ -387,3 +455,9 @@ def _crop_rectangle() -> Any:
         # A handle's menu, which is never shown, would outlive it.
         rectangle.addScaleHandle((x, y), (1 - x, 1 - y)).menu.deleteLater()
     return rectangle
+
+
+def _written(coordinate: float, step: float) -> str:
+    """Write a coordinate with so many digits that those of neighbouring voxels differ."""
+    digits = 2 + int(math.log10(max(abs(coordinate) / step, 1)))
+    return significant(coordinate, max(LEAST_DIGITS, digits))

@@ -10,7 +10,9 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from model.scene.clip_plane import ClipPlane
 from model.scene.crop import place_of, voxel_at
+from model.scene.mask import Mask
 from model.scene.transfer_function import TF_SAMPLES, Range, TransferFunction
 from model.scene.view import AXES, axis_labelled, upright_frame
 from model.scene.volume import Triple, Volume
@@ -104,6 +106,24 @@ def stored_at(volume: Volume, place: Triple) -> float | None:
     hidden = volume.hidden
     is_missing = hidden is not None and hidden[z, y, x]
     return None if is_missing else float(volume.linear.voxels[z, y, x])
+
+
+def cut_away(
+    volume: Volume, plane: Plane, place: Triple, mask: Mask | None, clip: ClipPlane | None
+) -> NDArray[np.bool_] | None:
+    """Return which voxels of a slice (h, w) a mask or a clipping plane hides; None without any."""
+    if mask is None and clip is None:
+        return None
+    shape = volume.voxels.shape
+    numbers = np.broadcast_arrays(*np.ogrid[tuple(map(slice, shape))])
+    voxels = np.stack([plane.cut(each, place) for each in numbers[::-1]], axis=-1)
+    hidden = np.zeros(voxels.shape[:2], bool)
+    if mask is not None and mask.shape == shape:
+        hidden |= ~mask.shows(voxels.reshape(-1, 3)).reshape(hidden.shape)
+    if clip is not None:
+        points = voxels / (np.array(volume.dimensions) - 1)
+        hidden |= clip.depths(points, volume.proportions) < 0
+    return hidden
 
 
 def coordinates(volume: Volume, place: Triple) -> list[tuple[str, float]]:

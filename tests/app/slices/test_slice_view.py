@@ -6,13 +6,17 @@ import numpy as np
 import pytest
 from mouse_events import drag, wheel
 from PySide6.QtCore import QPoint, QPointF, Qt
+from PySide6.QtGui import QPainter
 from PySide6.QtTest import QTest
 from ramp import make_tf, make_volume
 from rested_window import open_volume, rested
 
 from model.rendering.ray_places import ray_places
+from model.scene.clip_plane import ClipPlane
 from model.scene.crop import CropBox
+from model.scene.mask import Mask
 from model.scene.slices import place_at, voxel_of
+from model.scene.transfer_function import ColorTF, OpacityTF, TransferFunction
 from model.scene.view import Projection
 from model.scene.volume import FileFacts, Label, Volume
 
@@ -39,7 +43,7 @@ def views(window):
 
 
 def state(window):
-    return window.slices.column.state
+    return window.slices.state
 
 
 def voxel(window):
@@ -152,14 +156,57 @@ def test_a_right_drag_changes_the_window_of_gray(window):
     assert sum(state(window).window) < sum(wider)
 
 
-def test_colours_follow_the_tf(qtbot, window):
-    column, view, here = window.slices.column, views(window)[0], (2, 1, 3)
-    state(window).move(place_at(state(window).volume, here))
-    column.choices["colors"].trigger()
-    tf = window.state.transfer_function
+def test_voxels_that_images_do_not_show_are_faded(window):
+    state(window).move(place_at(state(window).volume, (3, 2, 5)))
+    level, cut, shown = views(window)[0], (1, 3, 5), (3, 4, 5)
+    colors = [pixel(level, at(window, level, *each)) for each in (cut, shown)]
+    hidden = np.zeros(make_volume().voxels.shape, bool)
+    hidden[:, :, :2] = True
+    for edited, value in (
+        (window.state.mask_input, Mask.of(~hidden)),
+        (window.state.clip_input, ClipPlane((-1, 0, 0))),
+    ):
+        edited.set(value)
+        assert sum(pixel(level, at(window, level, *cut))) < sum(colors[0]) - 60
+        assert pixel(level, at(window, level, *shown)) == colors[1]
+        edited.set(None)
+        assert pixel(level, at(window, level, *cut)) == colors[0]
+
+
+def test_slices_follow_the_pane_that_is_edited(qtbot, window):
+    """Its TF has their colours, and a click in its image goes to what shows there."""
+    view, here, tf_input = views(window)[0], (2, 1, 3), window.state.tf_input
     value = float(make_volume().voxels[here[2], here[1], here[0]])
-    assert pixel(view, at(window, view, *here)) == pytest.approx(255 * tf.color(value), abs=4)
-    assert column.button.title == "TF"
+    one = make_tf()
+    lo, hi = one.scalar_range
+    steps = [((lo, 0.0), (lo + (hi - lo) / 5, 1.0), (hi, 1.0)), ((lo, 0.0), (hi, 0.05))]
+    tf_a, tf_b = (
+        TransferFunction(
+            OpacityTF((lo, hi), points=points), ColorTF((lo, hi), ((lo, *rgb), (hi, *rgb)))
+        )
+        for points, rgb in zip(steps, ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0)), strict=True)
+    )
+    window.state.look_from("Top")
+    tf_input.set(tf_a)
+    tf_input.compare(True)
+    tf_input.set(tf_b)
+    qtbot.waitUntil(lambda: window.pane_b.canvas.isVisible() and window.workspace.is_settled)
+    window.slices.column.choices["colors"].trigger()
+    assert window.slices.column.button.title == "TF"
+    found = []
+    for pane, tf in ((window.reference, tf_a), (window.pane_b, tf_b)):
+        canvas = pane.canvas
+        point = canvas.image_rect.center() + QPoint(3 * len(found), 0)
+        QTest.mouseClick(canvas, Qt.MouseButton.LeftButton, pos=point)
+        assert window.state.transfer_function == tf
+        x, y = window.sensitivity_state.place
+        inputs = window.state.inputs_of("A" if pane is window.reference else "B")
+        places = ray_places(state(window).volume, inputs, (2 * x - 1, 1 - 2 * y))
+        found.append(voxel(window))
+        assert found[-1] == voxel_of(state(window).volume, places[0][0])
+        state(window).move(place_at(state(window).volume, here))
+        assert pixel(view, at(window, view, *here)) == pytest.approx(255 * tf.color(value), abs=4)
+    assert found[0] != found[1]
 
 
 def test_the_readout_has_value_voxel_and_place(window):
@@ -173,7 +220,9 @@ def test_the_readout_has_value_voxel_and_place(window):
     assert f"voxel {x}, {y}, {z}" in readout(window)
 
 
-def test_a_click_in_an_image_goes_to_what_shows_there_and_keys_go_on(qtbot, window):
+@pytest.mark.parametrize("guided", [True, False])
+def test_a_click_in_an_image_goes_to_what_shows_there_and_keys_go_on(window, guided):
+    window.sensitivity_state.choose(shown=guided)
     window.state.tf_input.set(make_tf())
     window.state.look_from("Top")
     canvas = window.reference.canvas
@@ -299,7 +348,8 @@ def test_other_volumes_have_slices(qtbot, builders, window, volume, here, said):
         assert voxel_of(volume, view.place_under(QPointF(point))) == here
     shown = pixel(views(window)[0], at(window, views(window)[0], *here) + QPoint(2, 2))
     assert shown[1] > shown[0] + 100 if volume.file.is_labels else shown[0] == shown[1] == shown[2]
-    assert state(window).smooth != volume.file.is_labels
+    is_smooth = bool(views(window)[0].renderHints() & QPainter.RenderHint.SmoothPixmapTransform)
+    assert is_smooth != volume.file.is_labels
     if volume.missing is not None:
         window.workspace.opening.draw_missing(True)
         qtbot.waitUntil(lambda: state(window).volume.draws_missing)

@@ -5,10 +5,13 @@ import pytest
 import SimpleITK
 from scipy.ndimage import binary_erosion
 
+from model.scene.clip_plane import ClipPlane
 from model.scene.labels import label_range, label_tf
+from model.scene.mask import Mask
 from model.scene.slices import (
     SlicePaint,
     coordinates,
+    cut_away,
     gray_window,
     place_at,
     planes_of,
@@ -51,6 +54,26 @@ def test_each_pixel_is_the_voxel_at_its_place(volume, up, labels):
             x, y, z = voxel_of(volume, at)
             assert picture[row, column] == volume.voxels[z, y, x]
             assert (x, y, z)[plane.axis] == (4, 1, 2)[plane.axis]
+
+
+@pytest.mark.parametrize("up", ["+z", "-y"])
+def test_what_mask_and_clipping_plane_cut_away_is_known_of_each_voxel(volume, up):
+    shown = np.random.default_rng(2).random(volume.voxels.shape) < 0.7
+    clip, place = ClipPlane((1.0, 2.0, -1.0), 0.1), place_at(volume, (4, 1, 2))
+    voxels = np.stack(np.meshgrid(*map(np.arange, shown.shape), indexing="ij")[::-1], axis=-1)
+    away = (voxels - (np.array([6, 5, 4]) - 1) / 2) * volume.spacing
+    diagonal = np.linalg.norm((np.array([6, 5, 4]) - 1) * volume.spacing)
+    beyond = away @ clip.normal > 0.1 * diagonal / 2
+    assert 0.2 < beyond.mean() < 0.8
+    for plane in planes_of(up):
+        assert cut_away(volume, plane, place, None, None) is None
+        for mask, plane_of_cut, hidden in (
+            (Mask.of(shown), None, ~shown),
+            (None, clip, beyond),
+            (Mask.of(shown), clip, ~shown | beyond),
+        ):
+            found = cut_away(volume, plane, place, mask, plane_of_cut)
+            np.testing.assert_array_equal(found, plane.cut(hidden, place))
 
 
 @pytest.mark.parametrize(
