@@ -54,7 +54,7 @@ class Handle:
 
     axis: int
     side: int
-    point: Points
+    point: Points  # (3,)
     is_behind: bool
 
     @property
@@ -324,10 +324,9 @@ class CropHandles(QObject):
         size = painter.fontMetrics().size(0, text)
         box = QRectF(0, 0, size.width() + 12, size.height() + 6)
         box.moveBottomLeft(at + LABEL_PLACE)
-        limits = self._canvas.rect()
         # Whole, also for handles at the image's edge.
-        box.moveLeft(max(min(box.left(), limits.right() - box.width()), 0.0))
-        box.moveTop(max(box.top(), 0.0))
+        left = min(box.left(), self._canvas.width() - 1 - box.width())
+        box.moveTo(max(left, 0.0), max(box.top(), 0.0))
         painter.setPen(QColor(theme.ON_IMAGE.line))
         painter.setBrush(QColor(theme.ON_IMAGE.panel))
         painter.drawRoundedRect(box, 4, 4)

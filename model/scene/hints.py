@@ -58,8 +58,9 @@ def why_nothing(
     if found := _out_of_view(inputs.view, aspect):
         return Emptiness(found, "view")
     if not inputs.part.is_whole:
-        cuts = "The crop box leaves" if inputs.clip is None else "Crop box and clipping plane leave"
-        return Emptiness(f"{cuts} nothing of what the TF shows in this view.", "crop")
+        cuts = {"crop box": inputs.crop, "clipping plane": inputs.clip}
+        names = " or ".join(name for name, cut in cuts.items() if cut is not None)
+        return Emptiness(f"The {names} leaves nothing of what the TF shows in this view.", "crop")
     if inputs.mask is not None:
         return Emptiness("The mask leaves nothing of what the TF shows in this view.", "mask")
     view = inputs.view

@@ -15,6 +15,7 @@ from model.rendering.renderer import open_renderer
 from model.rendering.scale_bar import Scale
 from model.scene.clip_plane import ClipPlane
 from model.scene.crop import CropBox
+from model.scene.hints import why_nothing
 from model.scene.inputs import SceneInputs, outside_range
 from model.scene.scene import LightDirection, Scene
 from model.scene.transfer_function import OpacityTF
@@ -77,8 +78,7 @@ def test_vtk_draws_the_same(view, clip, lighting, raster):
 
 def face(axis, sign, place, volume):
     """A plane parallel to a face, at a fraction of the volume's length."""
-    normal = sign * np.eye(3)[axis]
-    return ClipPlane.through(np.full(3, place), normal, volume.proportions)
+    return ClipPlane.through(np.full(3, place), sign * np.eye(3)[axis], volume.proportions)
 
 
 @pytest.mark.parametrize("axis", [0, 1, 2])
@@ -87,18 +87,17 @@ def test_a_plane_along_a_face_is_the_crop_boxs(axis, side):
     volume, place = noisy(), 0.37
     crop = CropBox().with_plane(axis, side, place)
     clip = face(axis, 1 if side else -1, place, volume)
+    looks = [("raycast", "none", 2e-3), ("raycast", "direct", 2e-3), ("raycast", "soft", 2e-3)]
     for view in (PERSPECTIVE, NEAR):
-        cropped, clipped = scene(view, SOLID, crop=crop), scene(view, SOLID, clip=clip)
-        for name, lightings in (("raycast", ("none", "direct", "soft")), ("vtk", ("direct",))):
-            for lighting in lightings:
-                one, other = (
-                    drawn(partial(open_renderer, name), volume, inputs, 32, lighting)
-                    for inputs in (cropped, clipped)
-                )
-                np.testing.assert_allclose(one, other, atol=2e-3 if name == "raycast" else 0.02)
-        one, other = (places_along(volume, each, (0.1, 0.2)) for each in (cropped, clipped))
-        for mine, theirs in zip(one, other, strict=True):
-            np.testing.assert_allclose(mine, theirs, atol=1e-9)
+        both = scene(view, SOLID, crop=crop), scene(view, SOLID, clip=clip)
+        for name, lighting, tolerance in (*looks, ("vtk", "direct", 0.02)):
+            opens = partial(open_renderer, name)
+            one, other = (drawn(opens, volume, inputs, 32, lighting) for inputs in both)
+            np.testing.assert_allclose(one, other, atol=tolerance)
+        for one, other in zip(
+            *(places_along(volume, each, (0.1, 0.2)) for each in both), strict=True
+        ):
+            np.testing.assert_allclose(one, other, atol=1e-9)
 
 
 @pytest.mark.parametrize("view", [PERSPECTIVE, NEAR])
@@ -106,10 +105,8 @@ def test_path_traced_light_takes_the_plane_as_a_face(view):
     volume = noisy()
     inputs = scene(view, SOLID, clip=face(1, -1, 0.4, volume))
     tracer = PathTracer(volume)
-    one, other = (
-        tracer.render(each, 24, samples=16)
-        for each in (inputs, scene(view, SOLID, crop=CropBox((0.0, 0.4, 0.0))))
-    )
+    cropped = scene(view, SOLID, crop=CropBox((0.0, 0.4, 0.0)))
+    one, other = (tracer.render(each, 24, samples=16) for each in (inputs, cropped))
     caster = drawn(RaycastRenderer, volume, inputs, 24)
     tracer.close()
     np.testing.assert_allclose(one[..., 3], caster[..., 3], atol=1 / 500)
@@ -151,6 +148,12 @@ def test_depth_is_along_parallel_rays():
     np.testing.assert_allclose(depth[middle], expected, rtol=1e-5)
 
 
-def test_models_know_neither():
+def test_models_know_neither_and_what_cuts_all_away_is_named():
     said = outside_range(scene(NEAR, clip=OBLIQUE), Scene.of(noisy(), 16))
     assert "an orthographic view" in said and "a clipping plane" in said
+    inputs = scene(PERSPECTIVE, SOLID, clip=replace(OBLIQUE, offset=-1.0))
+    assert drawn(RaycastRenderer, noisy(), inputs, 16).max() == 0
+    counts, edges = np.ones(256, int), np.linspace(*RANGE, 257)
+    for crop, words in ((None, "The clipping"), (CropBox(), "The crop box or clipping")):
+        found = why_nothing(replace(inputs, crop=crop), RANGE, counts, edges)
+        assert found.text.startswith(f"{words} plane leaves nothing")

@@ -6,6 +6,7 @@ from drawing import RAINBOW
 
 from model.rendering.ray_places import VISIBLE, places_along, ray_places, values_at
 from model.rendering.raycast.renderer import RaycastRenderer
+from model.scene.clip_plane import ClipPlane
 from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs
 from model.scene.mask import Mask
@@ -15,22 +16,27 @@ from model.scene.volume import Volume
 from tests.reference_raycaster import interpolated
 
 SIZE = 24
+OBLIQUE = ClipPlane((-0.3, -1.0, 0.6), 0.1)
 PIXELS = (2 * np.arange(SIZE) + 1 - SIZE) / SIZE
 
 
 def scenes(volume):
     lo, hi = volume.scalar_range
     faint = OpacityTF((lo, hi), (GaussianMode(lo + 0.7 * (hi - lo), 0.1 * (hi - lo), 0.2),))
-    yield SceneInputs(View(30.0, 20.0, 10.0, 0.7, 0.1, -0.2), faint, RAINBOW)
-    # From within the volume, and of a part of it.
-    yield SceneInputs(View(200.0, -40.0, 0.0, 0.15), faint, RAINBOW)
     box = CropBox((0.3, 0.0, 0.1), (0.9, 0.6, 1.0))
-    yield SceneInputs(View(110.0, 5.0, 0.0, 0.8), faint, RAINBOW, crop=box)
     half = Mask.of(np.indices(volume.voxels.shape)[2] < volume.dimensions[0] // 2)
-    yield SceneInputs(View(30.0, 20.0), faint, RAINBOW, mask=half)
+    for view, part in (
+        (View(30.0, 20.0, 10.0, 0.7, 0.1, -0.2), {}),
+        # From within the volume, and of a part of it.
+        (View(200.0, -40.0, 0.0, 0.15), {}),
+        (View(110.0, 5.0, 0.0, 0.8), {"crop": box}),
+        (View(30.0, 20.0), {"mask": half}),
+        (View(30.0, 20.0, 5.0, 0.8, -0.1, 0.2, is_orthographic=True), {"clip": OBLIQUE}),
+    ):
+        yield SceneInputs(view, faint, RAINBOW, **part)
 
 
-@pytest.mark.parametrize("number", range(4))
+@pytest.mark.parametrize("number", range(5))
 def test_the_first_place_is_where_the_ray_caster_first_sees_something(volume, number):
     inputs = list(scenes(volume))[number]
     image, depth = RaycastRenderer(volume).frame(inputs, SIZE)
