@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 
 from PySide6.QtCore import QObject, Signal
 
 from app.engines.background import LatestCall
 from app.state.sensitivity_state import SensitivityState
-from app.state.viewer_state import ViewerState
+from app.state.viewer_state import EMPTY_TF, ViewerState
 from model.errors import TfscopeError
 from model.rendering.pieces import Piece, pieces_under
+from model.scene.inputs import SceneInputs
 from model.scene.mask import volume_text
 from model.scene.volume import Volume
 
@@ -32,6 +34,7 @@ class PieceFinder(QObject):
         super().__init__(parent)
         self._state, self._asked, self._volume, self._say = state, asked, volume, say
         self.pieces: tuple[Piece, ...] = ()
+        self._wanted: tuple[Volume, SceneInputs, tuple[float, float]] | None = None
         self._call = LatestCall("pieces", self, self._take, lambda _text: self._take(()))
         self.stop, self.join = self._call.stop, self._call.join
         asked.changed.connect(self._follow)
@@ -56,18 +59,23 @@ class PieceFinder(QObject):
         self._say(f"{said} Undo or View > Show all voxels shows everything again.")
 
     def _follow(self, what: str) -> None:
-        # Once places are shown again, what changed meanwhile has other pieces.
-        if what == "place" or (what == "choices" and not self.pieces):
+        if what in ("place", "choices"):
             self._ask()
 
     def _ask(self, _value: object = None) -> None:
-        # What was found is of another place or scene, and so is what is on its way.
-        self._call.forget()
-        self._take(())
         volume, place = self._volume(), self._asked.place
+        wanted = None
         if volume is not None and place is not None and self._asked.choices.shown:
-            at = 2 * place[0] - 1, 1 - 2 * place[1]
-            self._call.ask(partial(pieces_under, volume, self._state.inputs, at))
+            # Light and colours change no piece.
+            inputs = replace(self._state.inputs, light=None, color_tf=EMPTY_TF.color)
+            wanted = volume, inputs, (2 * place[0] - 1, 1 - 2 * place[1])
+        if wanted != self._wanted:
+            self._wanted = wanted
+            # What was found is of another place or scene, and so is what is on its way.
+            self._call.forget()
+            self._take(())
+            if wanted is not None:
+                self._call.ask(partial(pieces_under, *wanted))
 
     def _take(self, pieces: tuple[Piece, ...]) -> None:
         if pieces != self.pieces:
