@@ -149,7 +149,9 @@ class Slices(QObject):
             return
         x, y = place
         found = ray_places(volume, self._context.state.inputs, (2 * x - 1, 1 - 2 * y))
-        if found:
+        if not found:
+            self._context.status.say("Nothing shows there, so the cross-hair stays.")
+        else:
             self._step = min(max(step, 0), len(found) - 1)
             there, share = found[self._step]
             self.state.move(there)
