@@ -114,8 +114,8 @@ class SliceView(pg.GraphicsView):  # type: ignore[misc]
         self._crop = state.viewer.crop_input
         self._grid: object = None
         self._drawn: object = None
-        self._whole = self._voxels = QRectF(0, 0, 1, 1)
-        """The picture between the centers of its outer voxels, and all of these."""
+        self._voxels = QRectF(0, 0, 1, 1)
+        """The picture with all of its outer voxels; from 0 to 1 are their centers."""
         self._notches = 0.0
         self._last: QPointF | None = None
         self._before = state.place
@@ -124,6 +124,7 @@ class SliceView(pg.GraphicsView):  # type: ignore[misc]
             lockAspect=True, enableMouse=False, enableMenu=False, invertY=True, defaultPadding=0
         )
         self._box.disableAutoRange()
+        self._box.setLimits(minXRange=1 / LARGEST, maxXRange=LARGEST)
         self.setCentralItem(self._box)
         self._picture = pg.ImageItem(axisOrder="row-major")
         self._box.addItem(self._picture)
@@ -193,15 +194,15 @@ class SliceView(pg.GraphicsView):  # type: ignore[misc]
 
     def position_of(self, place: Triple) -> QPointF:
         """Return the position in the view of a place, as seen across the slices."""
-        return self._box.mapViewToScene(self._in_picture(place))
+        return self._box.mapViewToScene(QPointF(*self.plane.in_picture(place)))
 
     def _start(self, volume: Volume, plane: Plane) -> None:
         """Take the measures of another grid."""
-        # Not in the data's units: some are so small that Qt would round them to nothing.
-        wide, high = (volume.proportions[axis] for axis, _sign in (plane.right, plane.up))
-        columns, rows = (volume.dimensions[axis] - 1 for axis, _sign in (plane.right, plane.up))
-        self._whole, half = QRectF(0, 0, wide, high), (wide / columns / 2, high / rows / 2)
-        self._voxels = self._whole.adjusted(-half[0], -half[1], *half)
+        across = plane.right[0], plane.up[0]
+        wide, high = (volume.proportions[axis] for axis in across)
+        half = [0.5 / (volume.dimensions[axis] - 1) for axis in across]
+        self._voxels = QRectF(0, 0, 1, 1).adjusted(-half[0], -half[1], *half)
+        self._box.setAspectLocked(True, ratio=wide / high)
         axis, last, box = "xyz"[plane.axis], volume.dimensions[plane.axis] - 1, self.number
         box.setPrefix(f"{axis} " if plane.name == axis else f"{plane.name}  {axis} ")
         box.setSuffix(f" of {last}")
@@ -212,8 +213,6 @@ class SliceView(pg.GraphicsView):  # type: ignore[misc]
         box.show_value(last)
         width = box.fontMetrics().horizontalAdvance(box.text()) + 2 * PADDING
         box.setFixedSize(width, box.sizeHint().height())
-        self._rectangle.maxBounds = self._whole
-        self._box.setLimits(minXRange=wide / LARGEST, maxXRange=LARGEST * wide)
         self.fit()
 
     def _show_crop(self) -> None:
@@ -221,7 +220,8 @@ class SliceView(pg.GraphicsView):  # type: ignore[misc]
         box, edits = self._crop.value, self._state.edits_crop
         self._rectangle.setVisible(box is not None or edits)
         box = box or CropBox()
-        rect = QRectF(self._in_picture(box.low), self._in_picture(box.high)).normalized()
+        low, high = (QPointF(*self.plane.in_picture(place)) for place in (box.low, box.high))
+        rect = QRectF(low, high).normalized()
         with QSignalBlocker(self._rectangle):
             self._rectangle.setPos(rect.topLeft(), update=False, finish=False)
             self._rectangle.setSize(rect.size().toTuple(), finish=False)
@@ -232,10 +232,7 @@ class SliceView(pg.GraphicsView):  # type: ignore[misc]
         """Move the planes of the crop box that were dragged."""
         box, plane, volume = self._crop.value or CropBox(), self.plane, self._volume
         low = rectangle.pos()
-        corners = [
-            plane.moved(MIDDLE, (at.x() / self._whole.width(), at.y() / self._whole.height()))
-            for at in (low, low + rectangle.size())
-        ]
+        corners = [plane.moved(MIDDLE, at) for at in (low, low + rectangle.size())]
         for axis in (plane.right[0], plane.up[0]):
             least = least_length(volume.dimensions[axis])
             for side, place in enumerate(sorted(corner[axis] for corner in corners)):
@@ -247,14 +244,9 @@ class SliceView(pg.GraphicsView):  # type: ignore[misc]
         axis = self.plane.axis
         self._state.scroll(axis, number - voxel_of(self._volume, self._state.place)[axis])
 
-    def _in_picture(self, place: Triple) -> QPointF:
-        x, y = self.plane.in_picture(place)
-        return QPointF(x * self._whole.width(), y * self._whole.height())
-
     def _nearest_place(self, position: QPointF) -> Triple:
         at = self._box.mapSceneToView(position)
-        shares = at.x() / self._whole.width(), at.y() / self._whole.height()
-        return self.plane.moved(self._state.place, shares)
+        return self.plane.moved(self._state.place, (at.x(), at.y()))
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Go on to show all of the slice, unless it was zoomed."""
@@ -450,7 +442,7 @@ def _crop_rectangle() -> Any:
     """Return the crop box in one slice, in the units of its picture."""
     pen = pg.mkPen(theme.ON_IMAGE.text, width=1.2)
     options = {"movable": False, "rotatable": False, "pen": pen, "handlePen": pen}
-    rectangle = pg.ROI((0, 0), (1, 1), **options)
+    rectangle = pg.ROI((0, 0), (1, 1), maxBounds=QRectF(0, 0, 1, 1), **options)
     for x, y in ((0, 0), (0, 0.5), (0, 1), (0.5, 0), (0.5, 1), (1, 0), (1, 0.5), (1, 1)):
         # A handle's menu, which is never shown, would outlive it.
         rectangle.addScaleHandle((x, y), (1 - x, 1 - y)).menu.deleteLater()
