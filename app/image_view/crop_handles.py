@@ -32,35 +32,22 @@ CURSORS = (
 
 MOST_COSINE = 0.985  # of the angle between an axis and the line of sight, to drag its planes
 ARROW = 0.3  # length of the clipping plane's normal, in halves of the image's shorter side
-MOVES, TURNS = (3, 0), (3, 1)  # axis and side of the handles that move and turn the clipping plane
+MOVES, TURNS = (3, 0), (3, 1)  # the handles that move and turn the clipping plane
 PLANE_LABELS = {MOVES: "Drag: move the plane", TURNS: "Drag: turn the plane"}
 Points = NDArray[np.float64]
-Kind = tuple[int, int]  # axis and side of a handle
+Kind = tuple[int, int]  # axis of a face, and 0 for the lower or 1 for the upper
 
-DRAGGED_BY = (
-    QEvent.Type.MouseButtonPress,
-    QEvent.Type.MouseButtonDblClick,
-    QEvent.Type.MouseMove,
-    QEvent.Type.MouseButtonRelease,
-)
+PRESSES = QEvent.Type.MouseButtonPress, QEvent.Type.MouseButtonDblClick
+DRAGGED_BY = (*PRESSES, QEvent.Type.MouseMove, QEvent.Type.MouseButtonRelease)
 
 
 @dataclass(frozen=True)
 class Handle:
-    """A handle at the middle of a face: of the lower plane of an axis, side 0, or of the upper.
+    """A handle in the middle of a face of the box, or one of the clipping plane."""
 
-    The clipping plane's are :data:`MOVES` and :data:`TURNS`.
-    """
-
-    axis: int
-    side: int
+    kind: Kind
     point: Points  # (3,)
     is_behind: bool
-
-    @property
-    def kind(self) -> Kind:
-        """Axis and side."""
-        return self.axis, self.side
 
 
 class CropHandles(QObject):
@@ -93,17 +80,17 @@ class CropHandles(QObject):
         for axis, side in itertools.product(range(3), (0, 1)):
             point = _middle(box)
             point[axis] = (box.low, box.high)[side][axis]
-            found.append(Handle(axis, side, point, not visible[axis][side]))
+            found.append(Handle((axis, side), point, not visible[axis][side]))
         if clip is not None:
             ends = zip((MOVES, TURNS), self._arrow(clip), strict=True)
-            found += [Handle(*kind, point, False) for kind, point in ends]
+            found += [Handle(kind, point, False) for kind, point in ends]
         depths = projection.depths(np.array([handle.point for handle in found]))
         order = [n for n in np.argsort(depths) if depths[n] > NEAREST_DEPTH]
         return [found[n] for n in order if self._has_way(found[n])]
 
     def _has_way(self, handle: Handle) -> bool:
         """Whether a handle can be moved in the image: not along the line of sight."""
-        clip, way = self._state.clip, np.eye(4, 3)[handle.axis]
+        clip, way = self._state.clip, np.eye(4, 3)[handle.kind[0]]
         if handle.kind == MOVES and clip is not None:
             way = np.array(clip.normal)
         return abs(float(self._projection.sight(handle.point) @ way)) <= MOST_COSINE
@@ -150,8 +137,7 @@ class CropHandles(QObject):
         if kind == QEvent.Type.MouseMove:
             return self._look(mouse)
         # The second press of two quick drags is a double click.
-        is_press = kind in (QEvent.Type.MouseButtonPress, QEvent.Type.MouseButtonDblClick)
-        return is_press and self._press(mouse)
+        return kind in PRESSES and self._press(mouse)
 
     def _follow(self, _change: object = None) -> None:
         """Show the box; a handle that has left the mouse, as after an undo, is marked no more."""

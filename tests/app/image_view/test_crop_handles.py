@@ -61,9 +61,8 @@ def handles(state, canvas):
 
 def pixel(handles, axis, side):
     """Middle of a handle that can be seen."""
-    return next(
-        handles.position(each) for each in handles.handles if (each.axis, each.side) == (axis, side)
-    )
+    found = {each.kind: each for each in handles.handles}
+    return handles.position(found[axis, side])
 
 
 def drag(canvas, start, by):
@@ -90,10 +89,10 @@ def test_handles_are_where_the_middles_of_faces_are_drawn(state, canvas, handles
     assert len(in_front) == 3
     assert len(handles.handles) == 6
     for handle in in_front:
-        x, y, z = [
-            (low + high) / 2 if axis != handle.axis else (low, high)[handle.side]
-            for axis, (low, high) in enumerate(zip(BOX.low, BOX.high, strict=True))
-        ]
+        axis, side = handle.kind
+        place = np.mean([BOX.low, BOX.high], axis=0)
+        place[axis] = (BOX.low, BOX.high)[side][axis]
+        x, y, z = place
         at = handles.position(handle).toPoint()
         assert image[at.y(), at.x(), 0] == pytest.approx((x + 2 * y + 4 * z) / 7, abs=0.02)
 
@@ -201,7 +200,7 @@ def test_a_plane_faces_the_viewer_and_is_flipped_where_it_is(state, handles):
     np.testing.assert_allclose(state.clip.normal, back, atol=1e-9)
     # It cuts through the middle, and cannot be moved along the line of sight in the image.
     assert state.clip.depths(state.pivot, state.proportions) == pytest.approx(0, abs=1e-9)
-    assert {(each.axis, each.side) for each in handles.handles if each.axis == 3} == {TURNS}
+    assert {each.kind for each in handles.handles if each.kind[0] == 3} == {TURNS}
     state.clip_input.set(PLANE)
     state.flip_clip()
     corners = np.random.default_rng(1).random((20, 3))
