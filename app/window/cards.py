@@ -302,17 +302,17 @@ class CropCard(Card):
             slider.sliderReleased.connect(self._state.crop_input.finish)
             for side, box in enumerate((first, last)):
                 box.valueChanged.connect(partial(self._type, axis, side))
-        self.offset.setRange(-1.0, 1.0)
-        self.offset.setToolTip("Move the plane along its normal")
-        self.offset.setAccessibleName("Place of the clipping plane along its normal")
-        self.offset.setSingleStep(0.01)
-        self.offset.setFocusPolicy(Qt.FocusPolicy.TabFocus)
-        WheelGuard(self.offset)
-        self.offset.valueChanged.connect(self._move_plane)
-        self.offset.sliderReleased.connect(self._state.clip_input.finish)
-        plane = fill(
-            QHBoxLayout(), QLabel("Plane"), self.offset, self.face, self.flip, self.uncut, spacing=6
-        )
+        offset = self.offset
+        offset.setRange(-1.0, 1.0)
+        offset.setToolTip("Move the plane along its normal")
+        offset.setAccessibleName("Place of the clipping plane along its normal")
+        offset.setSingleStep(0.01)
+        offset.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+        WheelGuard(offset)
+        offset.valueChanged.connect(self._move_plane)
+        offset.sliderReleased.connect(self._state.clip_input.finish)
+        buttons = self.face, self.flip, self.uncut
+        plane = fill(QHBoxLayout(), QLabel("Plane"), offset, *buttons, spacing=6)
         fill(QVBoxLayout(self), head, rows, plane, margins=(12, 6, 8, 8), spacing=4)
 
     def _name(self) -> None:

@@ -69,23 +69,21 @@ class Ruler(QObject):
         return True
 
     def _click(self, canvas: ImageCanvas, mouse: QMouseEvent) -> None:
-        opened, state = self._context.workspace.opened, self._context.state
-        if opened is None or canvas.image is None or canvas.message:
+        opened, say = self._context.workspace.opened, self._context.status.say
+        subject = self._overlays.subject
+        has_image = canvas.image is not None and not canvas.message
+        if opened is None or subject.scale is None or not has_image:
             return
         x, y = canvas.place_of(mouse.position())
         # The press has given the focus to A or B, whichever is drawn there.
-        found = ray_places(opened.volume, state.inputs, (2 * x - 1, 1 - 2 * y))
+        found = ray_places(opened.volume, self._context.state.inputs, (2 * x - 1, 1 - 2 * y))
         if not found:
-            self._context.status.say(NOTHING)
+            say(NOTHING)
             return
-        line = (*self._overlays.subject.line, found[0][0])
+        line = (*subject.line, found[0][0])
         self.is_on = len(line) < 2
         self._show(line)
-        scale = self._overlays.subject.scale
-        if self.is_on or scale is None:
-            self._context.status.say(SECOND)
-        else:
-            self._context.status.say(f"Distance: {scale.length_text(*line)}")
+        say(SECOND if self.is_on else f"Distance: {subject.scale.length_text(*line)}")
 
     def _show(self, line: tuple[Triple, ...]) -> None:
         self._overlays.subject = replace(self._overlays.subject, line=line)

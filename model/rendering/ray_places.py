@@ -28,14 +28,14 @@ def cut_rays(
     fractions of the volume's lengths along x, y and z; a ray is as long as half its diagonal, in
     which ends are counted. A ray that misses leaves no later than it enters.
     """
-    projection, box = Projection(inputs.view, volume.proportions), inputs.part.crop
+    shape, box = volume.proportions, inputs.part.crop
+    projection = Projection(inputs.view, shape)
     eyes, ahead = (projection.points(at, np.full(len(at), along)) for along in (0.0, 1.0))
     cosines = projection.depths(ahead) - projection.depths(eyes)
     # How deep each ray's begin and end are behind the planes of what is shown.
     near, far = (np.hstack([points - box.low, box.high - points]) for points in (eyes, ahead))
-    if inputs.clip is not None:
-        more = (inputs.clip.depths(points, volume.proportions) for points in (eyes, ahead))
-        near, far = (np.c_[each, deep] for each, deep in zip((near, far), more, strict=True))
+    if (clip := inputs.clip) is not None:
+        near, far = np.c_[near, clip.depths(eyes, shape)], np.c_[far, clip.depths(ahead, shape)]
     with np.errstate(divide="ignore", invalid="ignore"):
         cuts = near / (near - far)
     enter = np.where(far > near, cuts, -np.inf).max(axis=1)
