@@ -23,18 +23,13 @@ class WipeLine(QWidget):
     def __init__(self, pane: EnginePane, pane_b: EnginePane) -> None:
         super().__init__(pane.canvas)
         self._canvas, self._canvas_b = pane.canvas, pane_b.canvas
-        self._share = 0.5
+        self.share = 0.5  # of the width that is A's
         self.setCursor(Qt.CursorShape.SplitHCursor)
         self.setToolTip("Drag to see more of A or of B")
         self.hide()
         pane.canvas.resized.connect(self._place)
         # B's own canvas is out of sight.
         pane_b.statusShown.connect(self._canvas.update)
-
-    @property
-    def share(self) -> float:
-        """Part of the image's width that is A's."""
-        return self._share
 
     def set_shown(self, shown: bool) -> None:
         """Show B to the right of the line, or A everywhere."""
@@ -43,13 +38,13 @@ class WipeLine(QWidget):
 
     def pane_at(self, position: QPointF) -> PaneName:
         """Return whose image is at a position of the canvas."""
-        is_b = not self.isHidden() and position.x() > self._share * self._canvas.width()
+        is_b = not self.isHidden() and position.x() > self.share * self._canvas.width()
         return "B" if is_b else "A"
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
         """Move the line with the mouse."""
         place = self.mapTo(self._canvas, event.position()).x() / max(self._canvas.width(), 1)
-        self._share = min(max(place, LEAST_SHARE), 1 - LEAST_SHARE)
+        self.share = min(max(place, LEAST_SHARE), 1 - LEAST_SHARE)
         self._place()
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
@@ -58,7 +53,7 @@ class WipeLine(QWidget):
 
     def _place(self) -> None:
         canvas = self._canvas
-        at = round(self._share * canvas.width())
+        at = round(self.share * canvas.width())
         self.setGeometry(at - GRIP // 2, 0, GRIP, canvas.height())
         canvas.wiped = None if self.isHidden() else (self._canvas_b, at)
 

@@ -234,17 +234,13 @@ class ViewerState(ViewNavigation):
         self.volumeStarting.emit()
         self.edits.stack.clear()
         self._default, self._file = default, file or FileFacts()
-        if current is None or current.scale != default.scale:
-            current = default
         for name, each in self.edited.items():
             if each is not self.light_input:
                 each.start(others.get(name))
-        tf_b, scalar_range = others.get("tf_b"), default.scalar_range
-        if tf_b is not None:
-            is_alike = tf_b.scale == default.scale
-            tf_b = fit_to_range(tf_b, scalar_range) if is_alike else None
-        compares = bool(others.get("compares"))
-        self.tf_input.start(fit_to_range(current, scalar_range), tf_b, compares)
+        known = current, others.get("tf_b")
+        of_scale = (each if each and each.scale == default.scale else None for each in known)
+        tf, tf_b = (each and fit_to_range(each, default.scalar_range) for each in of_scale)
+        self.tf_input.start(tf or default, tf_b, bool(others.get("compares")))
 
     @property
     def default_transfer_function(self) -> TransferFunction:

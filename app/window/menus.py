@@ -148,7 +148,7 @@ class Menus:
             wanted = difference.isChecked()
             if wanted and has_only_b() and not tf_input.compares:
                 self._toggle_b()
-            wanted = wanted and (tf_input.compares or (model.is_open and self._two_follow()))
+            wanted = wanted and (tf_input.compares or self._two_follow())
             if wanted and tf_input.compares:
                 panes.show_b(True, wipes=False)
             elif wanted and len(panes.images) < 2:

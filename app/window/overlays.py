@@ -146,7 +146,7 @@ class ImageError(QObject):
         self._generator, self._reference, self._pane_b = context.panes
         self._state, self._workspace = context.state, context.workspace
         self._shown: dict[EnginePane, tuple[SceneInputs, Image]] = {}
-        self._is_wanted = False
+        self.is_wanted = False  # whether the difference is shown where there is one
         self._difference: QImage | None = None
         self._compared: Comparison | None = None
         for pane in context.panes:
@@ -154,11 +154,6 @@ class ImageError(QObject):
         for pane in (self._generator, self._pane_b):
             pane.canvas.add_decoration(partial(self._paint, pane))
         self._state.inputsChanged.connect(self._follow_inputs)
-
-    @property
-    def is_wanted(self) -> bool:
-        """Whether the difference is shown where there is one."""
-        return self._is_wanted
 
     @property
     def pane(self) -> EnginePane:
@@ -204,13 +199,13 @@ class ImageError(QObject):
             tip, is_unusual = f"{TIP} {UNUSUAL}", True
         self.pane.set_note(said, tip, is_unusual)
         self._compared, self._difference = compared, None
-        if self._is_wanted:
+        if self.is_wanted:
             self._difference = to_qimage(compared.colored)
         self.pane.canvas.update()
 
     def set_wanted(self, wanted: bool) -> None:
         """Show the difference over the image that is compared, or no longer."""
-        self._is_wanted = wanted
+        self.is_wanted = wanted
         self.compare()
 
     def _paint(self, pane: EnginePane, painter: QPainter, rect: QRect) -> None:

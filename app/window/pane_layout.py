@@ -28,9 +28,10 @@ class PaneLayout(QSplitter):
         super().__init__(Qt.Orientation.Horizontal)
         self._browser, self._panes = browser, panes
         self._generator, self._reference, self._pane_b = panes
-        self._shown: Shown = "both"
-        self._compares = self._wipes = False
-        self._has_model = self._browsing = self._was_browsing = False
+        self.shown: Shown = "both"  # the images that the user wants to see
+        self.compares = False  # whether B is in sight; then the latent browser is not
+        self.is_browsing = False  # whether the latent browser is in the generator's place
+        self._has_model = self._was_browsing = self._wipes = False
         # Images touch: Qt takes the mouse some pixels next to the line, too.
         self.setHandleWidth(1)
         self.setChildrenCollapsible(False)
@@ -39,11 +40,6 @@ class PaneLayout(QSplitter):
             self.addWidget(widget)
             self.setStretchFactor(self.count() - 1, stretch)
         self._update()
-
-    @property
-    def shown(self) -> Shown:
-        """Images that the user wants to see."""
-        return self._shown
 
     @property
     def is_swapped(self) -> bool:
@@ -57,32 +53,22 @@ class PaneLayout(QSplitter):
         return sorted(there, key=self.indexOf)
 
     @property
-    def is_browsing(self) -> bool:
-        """Whether the latent browser is in the generator's place."""
-        return self._browsing
-
-    @property
     def can_compare(self) -> bool:
         """Whether there are a generator's image and the reference to show."""
-        return self._has_model and not (self._browsing or self._compares)
-
-    @property
-    def compares(self) -> bool:
-        """Whether B is in sight; then the latent browser is not."""
-        return self._compares
+        return self._has_model and not (self.is_browsing or self.compares)
 
     @property
     def wipes(self) -> bool:
         """Whether A and B are in one image."""
-        return self._wipes and self._compares
+        return self._wipes and self.compares
 
     def show_b(self, compares: bool, wipes: bool | None = None) -> None:
         """Show B, or not: next to A or, if it `wipes`, in the same image; None for as before."""
         wipes = self._wipes if wipes is None else wipes
-        if (compares, wipes) != (self._compares, self._wipes):
-            self._compares, self._wipes = compares, wipes
+        if (compares, wipes) != (self.compares, self._wipes):
+            self.compares, self._wipes = compares, wipes
             self._update()
-            if not self._browsing:
+            if not self.is_browsing:
                 self.setSizes([1000 * (not each.isHidden()) for each in self._in_order()])
 
     def toggle_compare(self) -> None:
@@ -94,7 +80,7 @@ class PaneLayout(QSplitter):
 
     def show_images(self, shown: Shown) -> None:
         """Show both images, or one of them alone."""
-        self._shown = shown
+        self.shown = shown
         self._update()
 
     def set_model(self, has_model: bool) -> None:
@@ -105,8 +91,8 @@ class PaneLayout(QSplitter):
 
     def set_browsing(self, browsing: bool) -> None:
         """Show the latent browser in the generator's place, or the generator again."""
-        if browsing != self._browsing:
-            self._browsing = browsing
+        if browsing != self.is_browsing:
+            self.is_browsing = browsing
             self._update()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
@@ -120,19 +106,19 @@ class PaneLayout(QSplitter):
         self.arranged.emit()
 
     def _update(self) -> None:
-        generator = self.can_compare and self._shown != "reference"
+        generator = self.can_compare and self.shown != "reference"
         # One image is always there.
-        alone = self._shown == "generator" and generator
+        alone = self.shown == "generator" and generator
         focus = QApplication.focusWidget()
         had = [
             part
             for part in (*self.images, self._browser)
             if focus is not None and part.isAncestorOf(focus)
         ]
-        self._browser.setVisible(self._browsing)
+        self._browser.setVisible(self.is_browsing)
         self._generator.setVisible(generator)
         self._reference.setVisible(not alone)
-        self._pane_b.setVisible(self._compares and not self._wipes)
+        self._pane_b.setVisible(self.compares and not self._wipes)
         self._fit_browser()
         if had and had[0].isHidden():
             # Else a number's box would have the keys of the image that is gone.
@@ -141,7 +127,7 @@ class PaneLayout(QSplitter):
 
     def _fit_browser(self) -> None:
         """Make the browser as wide as its squares are at this height, next to an image."""
-        if not self._browsing:
+        if not self.is_browsing:
             if self._was_browsing:
                 self.setSizes([1000 * (widget is not self._browser) for widget in self._in_order()])
             self._was_browsing = False
