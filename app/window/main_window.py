@@ -290,6 +290,7 @@ class MainWindow(WindowParts):
 
     def _show_volume(self, opened: OpenedVolume) -> None:
         """Show an opened volume, before its TF is set."""
+        self._b_returns = False
         volume = opened.volume
         self.files.remember_layout()
         self.scene_notices.start_volume()

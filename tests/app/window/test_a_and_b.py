@@ -5,8 +5,8 @@ import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QImage
 from PySide6.QtTest import QTest
-from ramp import make_tf
-from rested_window import act_until, rested, settle
+from ramp import make_tf, make_volume
+from rested_window import act_until, open_volume, rested, settle
 
 from app.engines.requests import IMAGES_B
 from app.window.figure import FigureChoice
@@ -85,7 +85,7 @@ def test_what_is_edited_is_the_pane_that_was_clicked(qtbot, window, builders):
     assert window.state.transfer_function == OTHER
 
 
-def test_b_takes_the_place_of_the_generator(qtbot, make_window):
+def test_b_takes_the_place_of_the_generator(qtbot, make_window, builders):
     window = make_window()
     compare(qtbot, window)
     assert window.panes.images == [window.reference, window.pane_b]
@@ -113,6 +113,12 @@ def test_b_takes_the_place_of_the_generator(qtbot, make_window):
     # What is undone is seen.
     window.state.edits.undo()
     assert window.panes.images == [window.reference, window.pane_b]
+    # The map's end brings back no B of another volume.
+    builders.volumes["other"] = make_volume("other")
+    window.latent_state.choose(shown=True)
+    open_volume(qtbot, window, "other")
+    window.latent_state.choose(shown=False)
+    assert window.pane_b.isHidden()
 
 
 def test_questions_are_about_the_pane_with_the_focus(qtbot, window):
