@@ -24,7 +24,7 @@ class Ruler(QObject):
     def __init__(self, context: Context, overlays: Overlays) -> None:
         super().__init__(context.window)
         self._context, self._overlays = context, overlays
-        self.is_on = False
+        self.is_on = self._took = False
         for pane in context.panes:
             pane.canvas.installEventFilter(self)
 
@@ -52,20 +52,25 @@ class Ruler(QObject):
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """Take the left clicks, and the movements without a button, while the ruler is on."""
-        kinds = QEvent.Type.MouseButtonPress, QEvent.Type.MouseButtonDblClick, QEvent.Type.MouseMove
-        if not self.is_on or event.type() not in kinds:
+        kind, press, move = event.type(), QEvent.Type.MouseButtonPress, QEvent.Type.MouseMove
+        if kind == QEvent.Type.MouseButtonDblClick:
+            # Of a place that was taken: it is neither another one nor a way home.
+            return self._took
+        self._took = self._took and kind != press
+        if not self.is_on or kind not in (press, move):
             return False
         canvas, mouse = cast(ImageCanvas, watched), cast(QMouseEvent, event)
         if self._context.sensitivity.tool is not None:
             # A region is drawn instead.
             self.end()
             return False
-        if event.type() == QEvent.Type.MouseMove:
+        if kind == move:
             canvas.setCursor(QCursor(Qt.CursorShape.CrossCursor))
             return not mouse.buttons()
         if mouse.button() != Qt.MouseButton.LeftButton or mouse.modifiers():
             return False
         self._click(canvas, mouse)
+        self._took = True
         return True
 
     def _click(self, canvas: ImageCanvas, mouse: QMouseEvent) -> None:
