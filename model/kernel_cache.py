@@ -23,6 +23,8 @@ SOURCES = (
     "rendering/raycast",
     "rendering/path_tracing",
     "rendering/opacity_correction.py",
+    "rendering/scalars.py",
+    "scene/clip_plane.py",
     "scene/transfer_function.py",
 )
 """Folders and modules with compiled functions, the functions they call, and constants of both."""
