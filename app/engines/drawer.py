@@ -123,8 +123,9 @@ class Drawer:
         seconds = time.perf_counter() - begun
         self.sizes.note(distance, raster.side, seconds)
         quiet = min((time.process_time() - worked) / (os.cpu_count() or 1), seconds)
-        by = self.description, self.by_raycast
-        return Image(rgba, seconds, by[0], by_raycast=by[1], quiet_seconds=quiet)
+        return Image(
+            rgba, seconds, self.description, by_raycast=self.by_raycast, quiet_seconds=quiet
+        )
 
     def _in_bands(
         self, inputs: SceneInputs, raster: Raster, distance: float, watch: Watch

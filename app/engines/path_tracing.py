@@ -44,7 +44,7 @@ FORGOTTEN = 0.8  # factor of the expected time each time that it was too long
 
 @dataclass
 class _Tracing:
-    """What is traced for one pane, what comes of it, and what has come."""
+    """Tracing of one pane's image: its scene, the images that come, and the last one."""
 
     inputs: SceneInputs
     raster: Raster
@@ -236,10 +236,8 @@ class PathAnalyst(RendererEngine):
         tracing: Callable[[], Engine] | None = None,
     ) -> None:
         place = light, sample_distance
-        soft, smooth = (
-            RaycastRenderer(volume, PATH_FIELDS, *place),
-            smooth_distance(sample_distance, PATH_FIELDS),
-        )
+        soft = RaycastRenderer(volume, PATH_FIELDS, *place)
+        smooth = smooth_distance(sample_distance, PATH_FIELDS)
         super().__init__(Drawer(soft, sample_distance, smooth_distance=smooth))
         self._curves, self._tracing = RaycastRenderer(volume, PATH_CURVES, *place), tracing
         self._tracer: Engine | None = None

@@ -17,7 +17,7 @@ from app.image_view.image_canvas import ImageCanvas
 from app.state.viewer_state import ViewerState
 from model.scene.clip_plane import ClipPlane
 from model.scene.crop import WITHOUT_VOLUME, CropBox, axis_name, least_length, voxel_at
-from model.scene.view import NEAREST_DEPTH, Projection
+from model.scene.view import NEAREST_DEPTH, Projection, from_middle
 
 RADIUS, REACH = 6.0, 10.0  # of a handle, and how far from its middle it takes the mouse, in pixels
 LABEL_PLACE = QPointF(14.0, -12.0)  # lower left corner of a handle's label, from its middle
@@ -180,8 +180,7 @@ class CropHandles(QObject):
 
     def _drag(self, position: QPointF) -> None:
         kind, state, projection = self._dragged, self._state, self._projection
-        x, y = self._canvas.place_of(position)
-        place = 2 * x - 1, 1 - 2 * y
+        place = from_middle(self._canvas.place_of(position))
         # An undo may have taken the plane away.
         if kind is None or (kind in PLANE_LABELS and state.clip is None):
             return
@@ -234,7 +233,7 @@ class CropHandles(QObject):
         return CURSORS[round(math.atan2(y1 - y0, x1 - x0) / (math.pi / 4)) % 4]
 
     def _base(self, clip: ClipPlane) -> Points:
-        """Where the clipping plane's handle is: next to what it was turned about."""
+        """Point of the clipping plane's handle: next to what it was turned about."""
         pivot = self._state.pivot if self._pivot is None else self._pivot
         return clip.nearest(pivot, self._state.proportions)
 

@@ -1,4 +1,4 @@
-"""Which of the panes A and B is edited, by clicks and keys; and the line between both in one."""
+"""The choice of pane A or B for editing, by clicks and keys; and the line between both in one."""
 
 from __future__ import annotations
 

@@ -59,7 +59,7 @@ LEAST_DIGITS = 4  # of a coordinate
 
 
 class SliceState(QObject):
-    """What the slices show next to the viewer's inputs, to be read; :meth:`show` changes it."""
+    """State of the slices next to the viewer's inputs, to be read; :meth:`show` changes it."""
 
     changed = Signal()
     moved = Signal()  # emitted when the user has moved the cross-hair
@@ -143,7 +143,7 @@ class SliceView(pg.GraphicsView):  # type: ignore[misc]
 
     @property
     def plane(self) -> Plane:
-        """Which slices these are."""
+        """The plane of these slices."""
         viewer = self._state.viewer
         return planes_of(viewer.up_axis, viewer.axis_labels)[self._number]
 

@@ -1,4 +1,4 @@
-"""What is connected to the clicked place, to be shown alone or cut away."""
+"""Pieces connected to the clicked place, to be shown alone or cut away."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from model.errors import TfscopeError
 from model.rendering.pieces import Piece, pieces_under
 from model.scene.inputs import SceneInputs
 from model.scene.mask import volume_text
+from model.scene.view import from_middle
 from model.scene.volume import Volume
 
 
@@ -68,7 +69,7 @@ class PieceFinder(QObject):
         if volume is not None and place is not None and self._asked.choices.shown:
             # Light and colours change no piece.
             inputs = replace(self._state.inputs, light=None, color_tf=EMPTY_TF.color)
-            wanted = volume, inputs, (2 * place[0] - 1, 1 - 2 * place[1])
+            wanted = volume, inputs, from_middle(place)
         if wanted != self._wanted:
             self._wanted = wanted
             # What was found is of another place or scene, and so is what is on its way.

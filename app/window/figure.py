@@ -273,7 +273,7 @@ def _paint_colors(
 
 
 Which = Literal["generator", "reference", "b", "both", "difference", "a_b", "a_b_difference"]
-"""What a figure shows: an image, two side by side, how far they are apart, or all of that."""
+"""Contents of a figure: an image, two side by side, how far they are apart, or all of that."""
 
 PANELS: dict[Which, tuple[str, ...]] = {
     "generator": ("generator",),

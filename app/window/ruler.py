@@ -12,6 +12,7 @@ from app.image_view.image_canvas import ImageCanvas
 from app.window.context import Context
 from app.window.overlays import Overlays
 from model.rendering.ray_places import ray_places
+from model.scene.view import from_middle
 from model.scene.volume import Triple
 
 FIRST, SECOND = "Click the first place; Escape ends it.", "Click the second place."
@@ -79,9 +80,9 @@ class Ruler(QObject):
         has_image = canvas.image is not None and not canvas.message
         if opened is None or subject.scale is None or not has_image:
             return
-        x, y = canvas.place_of(mouse.position())
+        place = from_middle(canvas.place_of(mouse.position()))
         # The press has given the focus to A or B, whichever is drawn there.
-        found = ray_places(opened.volume, self._context.state.inputs, (2 * x - 1, 1 - 2 * y))
+        found = ray_places(opened.volume, self._context.state.inputs, place)
         if not found:
             say(NOTHING)
             return

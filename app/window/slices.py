@@ -21,7 +21,7 @@ from app.window.help_pages import status_keys
 from model.rendering.ray_places import ray_places
 from model.scene.slices import MIDDLE, usual_window, voxel_of
 from model.scene.tf_perturbation import band_of_edit
-from model.scene.view import NEAREST_DEPTH, Projection
+from model.scene.view import NEAREST_DEPTH, Projection, from_middle
 from model.scene.volume import Triple
 
 LARGE = 0.5  # of the images' width that a large slice has
@@ -57,7 +57,7 @@ class Slices(QObject):
 
     @property
     def areas(self) -> list[QWidget]:
-        """What F6 goes to."""
+        """The widgets that F6 goes to."""
         return list(self.column.views) if self.column is not None and self.is_shown else []
 
     def toggle(self) -> None:
@@ -147,8 +147,7 @@ class Slices(QObject):
         place, volume = self._context.sensitivity.place, self.state.volume
         if place is None or volume is None:
             return
-        x, y = place
-        found = ray_places(volume, self._context.state.inputs, (2 * x - 1, 1 - 2 * y))
+        found = ray_places(volume, self._context.state.inputs, from_middle(place))
         if not found:
             self._context.status.say("Nothing shows there, so the cross-hair stays.")
         else:

@@ -18,7 +18,7 @@ LEAST_OPACITY = 0.005  # part of the TF's largest opacity from which on values c
 BAND = 0.25  # part of the largest opacity of a band of values at which that band ends
 ALIKE = 0.98  # part of all that is connected from which on a band of values is no other piece
 LAST, TINY = TF_SAMPLES - 1, 1e-12
-MOST_VOXELS = 1 << 24  # of the grid on which pieces are told apart; larger volumes are thinned
+MOST_VOXELS = 1 << 24  # of the grid on which pieces are found; larger volumes are thinned
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ def pieces_at(volume: Volume, inputs: SceneInputs, place: NDArray[np.float64]) -
     The first piece has voxels that touch by their faces, and whose values are visible under the
     scene's TF, mask, crop box and clipping plane. The second has only those of the band of values
     that the place is in; there is none where that makes no difference. Above 256 voxels cubed they
-    are told apart on a coarser grid. Raises :class:`TfscopeError` where nothing is visible.
+    are found on a coarser grid. Raises :class:`TfscopeError` where nothing is visible.
     """
     last = np.array(volume.voxels.shape) - 1
     first, end = np.rint(inputs.part.corners(volume)[:, ::-1]).astype(int)

@@ -65,7 +65,7 @@ class SceneInputs:
 
     @property
     def part(self) -> ShownPart:
-        """What crop box and clipping plane leave."""
+        """The part that crop box and clipping plane leave."""
         return ShownPart(self.crop or CropBox(), self.clip)
 
     def is_nearest(self, volume: Volume) -> bool:
@@ -132,6 +132,32 @@ def _light_outside(light: LightDirection | None, scene: Scene) -> list[str]:
     return found
 
 
+def _chosen(
+    name: str,
+    numbers: int,
+    dtype: str,
+    store: Callable[[Any], Any],
+    encode: Callable[[NDArray[Any]], NDArray[np.float32]],
+    said: str,
+) -> InputField:
+    """Define an input that only users choose: models are trained with None, and know no other."""
+    return InputField(
+        name=name,
+        shape=() if dtype == "bool" else (numbers,),
+        dtype=dtype,
+        numbers=numbers,
+        varies=lambda scene: False,
+        draw=lambda rng, scene, drawn: None,
+        store=lambda value, scene: np.array(store(value)),
+        encode=lambda rows, scene: encode(rows),
+        outside=lambda value, scene: [] if value is None else [said],
+    )
+
+
+def _signs(rows: NDArray[Any]) -> NDArray[np.float32]:
+    return (2.0 * rows[:, None] - 1).astype(np.float32)
+
+
 INPUT_FIELDS: tuple[InputField, ...] = (
     InputField(
         name="view",
@@ -183,55 +209,26 @@ INPUT_FIELDS: tuple[InputField, ...] = (
         ),
         outside=_light_outside,
     ),
-    InputField(
-        name="crop",
-        shape=(6,),
-        dtype="float64",
-        numbers=6,
-        # No scene has it drawn at random so far: models are trained on whole volumes.
-        varies=lambda scene: False,
-        draw=lambda rng, scene, drawn: None,
-        store=lambda crop, scene: (crop or CropBox()).numbers(),
-        encode=lambda rows, scene: (2 * rows - 1).astype(np.float32),
-        outside=lambda crop, scene: [] if crop is None else ["a crop box"],
+    _chosen(
+        "crop",
+        6,
+        "float64",
+        lambda crop: (crop or CropBox()).numbers(),
+        lambda rows: (2 * rows - 1).astype(np.float32),
+        "a crop box",
     ),
-    InputField(
-        name="clip",
-        shape=(4,),
-        dtype="float64",
-        numbers=4,
-        varies=lambda scene: False,
-        draw=lambda rng, scene, drawn: None,
-        store=lambda clip, scene: np.zeros(4) if clip is None else clip.numbers(),
-        encode=lambda rows, scene: rows.astype(np.float32),
-        outside=lambda clip, scene: [] if clip is None else ["a clipping plane"],
+    _chosen(
+        "clip",
+        4,
+        "float64",
+        lambda clip: np.zeros(4) if clip is None else clip.numbers(),
+        lambda rows: rows.astype(np.float32),
+        "a clipping plane",
     ),
-    InputField(
-        name="interpolates",
-        shape=(),
-        dtype="bool",
-        numbers=1,
-        # Models are trained as their volume is shown at first.
-        varies=lambda scene: False,
-        draw=lambda rng, scene, drawn: None,
-        store=lambda interpolates, scene: np.array(interpolates is not False),
-        encode=lambda rows, scene: (2.0 * rows[:, None] - 1).astype(np.float32),
-        outside=lambda interpolates, scene: (
-            [] if interpolates is None else ["another interpolation"]
-        ),
+    _chosen(
+        "interpolates", 1, "bool", lambda value: value is not False, _signs, "another interpolation"
     ),
-    InputField(
-        name="mask",
-        shape=(),
-        dtype="bool",
-        numbers=1,
-        # Models are trained on whole volumes.
-        varies=lambda scene: False,
-        draw=lambda rng, scene, drawn: None,
-        store=lambda mask, scene: np.array(mask is not None),
-        encode=lambda rows, scene: (2.0 * rows[:, None] - 1).astype(np.float32),
-        outside=lambda mask, scene: [] if mask is None else ["a mask"],
-    ),
+    _chosen("mask", 1, "bool", lambda mask: mask is not None, _signs, "a mask"),
 )
 """All inputs, in drawing order; `view` is the first condition."""
 

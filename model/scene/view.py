@@ -252,6 +252,15 @@ NEAREST_DEPTH = 0.01  # in front of the eye that is seen, in bounding-sphere rad
 _RADIUS = 0.5  # of the bounding sphere, where proportions are lengths relative to its diameter
 
 
+def from_middle(place: tuple[float, float]) -> tuple[float, float]:
+    """Convert a place in an image, as fractions of its square to the right and down.
+
+    The result is to the right and up from its middle, in halves of the square, as projections are.
+    """
+    x, y = place
+    return 2 * x - 1, 1 - 2 * y
+
+
 @dataclass(frozen=True)
 class Projection:
     """The camera of a view of a volume, as the renderers have it.

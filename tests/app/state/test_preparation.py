@@ -152,7 +152,7 @@ class Slow(FakeEngine):
 
 
 class Asking:
-    """Two channels of an asker, and what is told of them."""
+    """Two channels of an asker, and the changes that are announced."""
 
     def __init__(self, qtbot):
         self.client, self.engine = EngineClient("test"), Slow()
