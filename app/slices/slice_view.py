@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
 import pyqtgraph as pg
 from PySide6.QtCore import QEvent, QLineF, QObject, QPointF, QRectF, QSignalBlocker, Qt, Signal
 from PySide6.QtGui import (
@@ -172,7 +173,8 @@ class SliceView(pg.GraphicsView):  # type: ignore[misc]
             picture = paint.picture(values, hidden, state.band, ink.rgb() & 0xFFFFFF)
             cut = cut_away(volume, plane, state.place, *hides)
             if cut is not None:
-                picture[cut, 3] //= FADED
+                alpha = picture[..., 3]
+                np.floor_divide(alpha, FADED, out=alpha, where=cut)
             self._is_hatched = hidden is not None or cut is not None
             self.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform, smooth)
             self._picture.setImage(picture, autoLevels=False, levels=None)

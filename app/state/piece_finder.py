@@ -13,8 +13,8 @@ from app.state.sensitivity_state import SensitivityState
 from app.state.viewer_state import EMPTY_TF, ViewerState
 from model.errors import TfscopeError
 from model.rendering.pieces import Piece, pieces_under
+from model.rendering.scale_bar import volume_text
 from model.scene.inputs import SceneInputs
-from model.scene.mask import volume_text
 from model.scene.view import from_middle
 from model.scene.volume import Volume
 

@@ -396,7 +396,7 @@ def figure(
             paint_legend(painter, rect, tf, subject.units, background)
     background = (0, 0, 0) if names[0] == "difference" else look.background
     if look.scale_bar and subject.scale is not None:
-        bar = subject.scale.bar(inputs.view, inputs.crop)
+        bar = subject.scale.bar(inputs.view, inputs.part)
         paint_scale_bar(painter, rects[0], bar, background)
     for rect in rects:
         paint_line(painter, rect, subject, inputs.view, background)

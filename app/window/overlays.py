@@ -116,7 +116,7 @@ class Overlays(QObject):
             own = state.tf_input.of(pane.name) if compares and not pane.canvas.wiped else None
             paint_legend(painter, rect, own or self.legend_tf, subject.units, self.background)
         if self.has("scale_bar") and subject.scale is not None:
-            bar = subject.scale.bar(state.view, state.crop)
+            bar = subject.scale.bar(state.view, state.inputs.part)
             paint_scale_bar(painter, rect, bar, self.background)
         paint_line(painter, rect, subject, state.view, self.background)
 

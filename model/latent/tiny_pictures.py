@@ -19,7 +19,6 @@ from model.rendering.brightness import LIT_BRIGHTNESS, brighten
 from model.rendering.ray_places import cut_rays
 from model.rendering.scalars import shown_voxels
 from model.scene.inputs import SceneInputs
-from model.scene.mask import hidden_voxels
 from model.scene.transfer_function import TF_SAMPLES, Range
 from model.scene.volume import Volume
 
@@ -253,11 +252,11 @@ def _samples(
     flat = steepness < 1e-3 * (hi - lo) / volume.voxel_size
     facing = np.where(flat, 0.5, facing / np.maximum(steepness, 1e-30))
     light = (AMBIENT + (1 - AMBIENT) * facing).astype(np.float32)
-    hidden = hidden_voxels(volume, inputs.mask)
-    if hidden is not None:
-        nearest = np.clip(np.rint(places).astype(np.int64), 0, last[::-1])
-        there = ~hidden[tuple(nearest.T)]
-        ray, bins, light = ray[there], bins[there], light[there]
+    nearest = np.clip(np.rint(places).astype(np.int64), 0, last[::-1]).T
+    there = np.ones(len(ray), bool) if volume.hidden is None else ~volume.hidden[tuple(nearest)]
+    if inputs.mask is not None:
+        there &= inputs.mask.shows(*nearest[::-1])
+    ray, bins, light = ray[there], bins[there], light[there]
     return np.searchsorted(ray, np.arange(len(count) + 1)), bins.astype(np.uint8), light
 
 

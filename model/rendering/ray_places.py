@@ -64,8 +64,8 @@ def places_along(
     table = per_sample(inputs.opacity_tf.sample(volume.scalar_range), APART)
     alphas = np.where(np.isfinite(bins), np.interp(bins, np.arange(TF_SAMPLES), table), 0)
     if inputs.mask is not None:
-        last = np.array(volume.dimensions) - 1
-        alphas[~inputs.mask.shows(np.rint(np.clip(points, 0, 1) * last).astype(np.intp))] = 0
+        nearest = np.rint(np.clip(points, 0, 1) * (np.array(volume.dimensions) - 1))
+        alphas[~inputs.mask.shows(*nearest.astype(np.intp).T)] = 0
     # The last step is shorter.
     alphas = 1 - (1 - alphas) ** (np.diff(along, prepend=enter) / step)
     through = np.cumprod(1 - alphas)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from model.scene.crop import CropBox
+from model.scene.clip_plane import WHOLE_PART, ShownPart
 from model.scene.orientation import WHOLE
 from model.scene.view import NEAREST_DEPTH, Projection, View
 from model.scene.volume import Triple, Volume
@@ -21,6 +22,8 @@ DEPTH_TEXT = "in the plane through the middle of what is shown"
 
 _ROUND = (5.0, 2.0, 1.0)
 _METRIC = (("km", 1e3), ("m", 1.0), ("mm", 1e-3), ("µm", 1e-6), ("nm", 1e-9))
+_METRIC_UNITS = {"km", "m", "dm", "cm", "mm", "um", "nm", "pm"}
+_CUBED = (_METRIC[1], ("cm", 1e-2), *_METRIC[2:])  # units of volumes
 
 
 @dataclass(frozen=True)
@@ -50,9 +53,9 @@ class Scale:
         low, high = (tuple(ends.tolist()) for ends in (shown.min(axis=0), shown.max(axis=0)))
         return cls(volume.proportions, volume.radius, unit, low, high)
 
-    def bar(self, view: View, crop: CropBox | None = None) -> ScaleBar | None:
+    def bar(self, view: View, part: ShownPart = WHOLE_PART) -> ScaleBar | None:
         """Return the longest bar of 1, 2 or 5 units that is short enough; None close to the eye."""
-        span = self.span(view, crop)
+        span = self.span(view, part)
         if span is None:
             return None
         factor, unit = _unit_for(WIDEST * span, self.unit)
@@ -68,24 +71,43 @@ class Scale:
         factor, unit = _unit_for(length, self.unit)
         return f"{length / factor:.4g} {unit or 'units'}"
 
-    def span(self, view: View, crop: CropBox | None = None) -> float | None:
+    def span(self, view: View, part: ShownPart = WHOLE_PART) -> float | None:
         """Length that the picture's shorter side spans at the depth of the middle; None if near."""
-        low, high = np.array(self.low), np.array(self.high)
-        if crop is not None:
-            low, high = np.maximum(low, crop.low), np.minimum(high, crop.high)
-            if (low > high).any():
-                low, high = np.array(crop.low), np.array(crop.high)
-        middle = (low + high) / 2
+        crop = part.crop
+        low, high = np.maximum(self.low, crop.low), np.minimum(self.high, crop.high)
+        if (low > high).any():
+            low, high = np.array(crop.low), np.array(crop.high)
+        corners = np.array(list(itertools.product(*zip(low, high, strict=True))))
+        if part.clip is not None:
+            kept = corners[part.clip.depths(corners, self.proportions) >= 0]
+            cut = part.clip.outline(crop, self.proportions)
+            left = np.clip(np.vstack([kept, cut]), low, high)
+            corners = left if len(left) else corners
+        middle = (corners.min(axis=0) + corners.max(axis=0)) / 2
         projection = Projection(view, self.proportions)
         if projection.depths(middle[None])[0] < NEAREST_DEPTH:
             return None
         return 2 * float(projection.half_sides(middle[None])[0]) * self.radius
 
 
+def volume_text(voxels: int, volume: Volume) -> str:
+    """Say how much space some voxels take, in the file's unit; without one, their number."""
+    unit = volume.file.spacing_unit
+    if unit.lower() not in METRES:
+        return f"{voxels:,} voxel{'' if voxels == 1 else 's'}"
+    metres, size = METRES[unit.lower()], voxels * math.prod(volume.spacing)
+    name = "µm" if unit == "um" else unit
+    if unit in _METRIC_UNITS:
+        larger = [each for each in _CUBED if each[1] > metres and size * metres**3 >= each[1] ** 3]
+        name, factor = (larger or [(name, metres)])[0]
+        size *= (metres / factor) ** 3
+    return f"{size:,.0f} {name}³" if size >= 100 else f"{size:.3g} {name}³"
+
+
 def _unit_for(length: float, unit: str) -> tuple[float, str]:
     """Factor and name of the metric unit in which a length is 1 to 1,000; its own if not metric."""
     metres = METRES.get(unit.lower())
-    if metres is None or unit.lower() not in {"km", "m", "dm", "cm", "mm", "um", "nm", "pm"}:
+    if metres is None or unit.lower() not in _METRIC_UNITS:
         return 1.0, unit
     for name, factor in _METRIC:
         if length * metres >= factor:

@@ -104,7 +104,7 @@ class ClipPlane:
 
 @dataclass(frozen=True)
 class ShownPart:
-    """What a crop box and a clipping plane leave of a volume."""
+    """The part of a volume that a crop box and a clipping plane leave."""
 
     crop: CropBox = WHOLE_BOX
     clip: ClipPlane | None = None

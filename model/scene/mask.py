@@ -11,9 +11,6 @@ from numpy.typing import NDArray
 from model.errors import TfscopeError
 from model.scene.volume import Volume
 
-UNITS = {"nm": 1e-9, "um": 1e-6, "µm": 1e-6, "mm": 1e-3, "cm": 1e-2, "m": 1.0}
-"""Units of length in which a volume is said, in metres."""
-
 
 @dataclass(frozen=True)
 class Mask:
@@ -42,10 +39,11 @@ class Mask:
         bits = np.unpackbits(packed, count=math.prod(self.shape))
         return bits.view(np.bool_).reshape(self.shape)
 
-    def shows(self, voxels: NDArray[np.intp]) -> NDArray[np.bool_]:
-        """Return which of some voxels (n, 3), given along x, y and z, are shown (n,)."""
+    def shows(
+        self, x: NDArray[np.integer], y: NDArray[np.integer], z: NDArray[np.integer]
+    ) -> NDArray[np.bool_]:
+        """Return which of some voxels are shown, in the shape of their numbers along each axis."""
         _, ny, nx = self.shape
-        x, y, z = voxels.T
         number = x + nx * (y + ny * z)
         bytes_ = np.frombuffer(self.bits, dtype=np.uint8)[number >> 3]
         return np.asarray((bytes_ >> (7 - (number & 7))) & 1).astype(bool)
@@ -71,15 +69,3 @@ def hidden_voxels(volume: Volume, mask: Mask | None) -> NDArray[np.bool_] | None
         return volume.hidden
     hidden = masked_voxels(volume, mask)
     return hidden if volume.hidden is None else hidden | volume.hidden
-
-
-def volume_text(voxels: int, volume: Volume) -> str:
-    """Say how much space some voxels take, in the file's unit; without one, their number."""
-    unit = volume.file.spacing_unit
-    if unit not in UNITS:
-        return f"{voxels:,} voxel{'' if voxels == 1 else 's'}"
-    size = voxels * math.prod(volume.spacing) * UNITS[unit] ** 3
-    larger = [u for u in ("mm", "cm", "m") if UNITS[u] > UNITS[unit] and size >= UNITS[u] ** 3]
-    named = ["µm" if unit == "um" else unit, *larger][-1]
-    size /= UNITS[named] ** 3
-    return f"{size:,.0f} {named}³" if size >= 100 else f"{size:.3g} {named}³"

@@ -10,7 +10,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from model.scene.clip_plane import ClipPlane
+from model.scene.clip_plane import ClipPlane, ShownPart
 from model.scene.crop import place_of, voxel_at
 from model.scene.mask import Mask
 from model.scene.transfer_function import TF_SAMPLES, Range, TransferFunction
@@ -115,14 +115,14 @@ def cut_away(
     if mask is None and clip is None:
         return None
     shape = volume.voxels.shape
-    numbers = np.broadcast_arrays(*np.ogrid[tuple(map(slice, shape))])
-    voxels = np.stack([plane.cut(each, place) for each in numbers[::-1]], axis=-1)
-    hidden = np.zeros(voxels.shape[:2], bool)
+    numbers = np.ogrid[tuple(map(slice, np.array(shape, np.int32)))]
+    x, y, z = (plane.cut(np.broadcast_to(each, shape), place) for each in numbers[::-1])
+    hidden = np.zeros(x.shape, bool)
     if mask is not None and mask.shape == shape:
-        hidden |= ~mask.shows(voxels.reshape(-1, 3)).reshape(hidden.shape)
+        hidden |= ~mask.shows(x, y, z)
     if clip is not None:
-        points = voxels / (np.array(volume.dimensions) - 1)
-        hidden |= clip.depths(points, volume.proportions) < 0
+        *normal, level = ShownPart(clip=clip).plane(volume).astype(np.float32)
+        hidden |= sum(share * each for share, each in zip(normal, (x, y, z), strict=True)) > level
     return hidden
 
 

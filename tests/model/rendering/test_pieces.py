@@ -4,10 +4,11 @@ import pytest
 from model.errors import TfscopeError
 from model.rendering import pieces
 from model.rendering.pieces import pieces_at
+from model.rendering.scale_bar import volume_text
 from model.scene.clip_plane import ClipPlane
 from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs, outside_range
-from model.scene.mask import Mask, hidden_voxels, volume_text
+from model.scene.mask import Mask, hidden_voxels
 from model.scene.scene import Scene
 from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF
 from model.scene.view import View
@@ -113,6 +114,7 @@ def test_specks_by_the_thousand_and_two_slices_have_pieces():
         ((1.0, 1.0, 1.0), "mm", 331_234, "331 cm³"),
         ((2.0, 2.0, 2.0), "um", 7, "56 µm³"),
         ((1e-9, 1e-9, 1e-9), "mm", 5, "5e-27 mm³"),
+        ((2.0, 1.0, 1.0), "inch", 3, "6 inch³"),
         ((1.0, 1.0, 1.0), "", 1, "1 voxel"),
         ((1.0, 1.0, 1.0), "", 12_345, "12,345 voxels"),
     ],
@@ -128,7 +130,7 @@ def test_a_mask_says_of_each_voxel_whether_it_is_shown():
     assert mask == Mask.of(shown.copy()) != Mask.of(~shown)
     np.testing.assert_array_equal(mask.shown, shown)
     every = np.argwhere(np.ones((7, 5, 3), bool))
-    np.testing.assert_array_equal(mask.shows(every), shown[tuple(every.T[::-1])])
+    np.testing.assert_array_equal(mask.shows(*every.T), shown[tuple(every.T[::-1])])
     assert Mask.of(np.ones((2, 2, 2), bool)) is None
 
 

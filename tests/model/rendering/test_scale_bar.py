@@ -7,6 +7,7 @@ from drawing import RANGE, WHITE, drawn
 from model.rendering.raster import Raster
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.rendering.scale_bar import WIDEST, Scale
+from model.scene.clip_plane import ClipPlane, ShownPart
 from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs
 from model.scene.transfer_function import OpacityTF
@@ -60,8 +61,9 @@ def test_nearer_things_are_larger_than_the_bar_says():
     span = Scale.of(volume, shown).span(view)
     assert span is not None
     assert distance(volume, view, raster) * span / 300 == pytest.approx(5, rel=0.02)
-    cropped = Scale.of(volume).span(view, CropBox((0.0, 0.0, 0.0), (1.0, 0.1, 1.0)))
-    assert cropped == pytest.approx(span)
+    crop = CropBox((0.0, 0.0, 0.0), (1.0, 0.1, 1.0))
+    for part in (ShownPart(crop), ShownPart(clip=ClipPlane((0.0, 1.0, 0.0), -0.8 / 3**0.5))):
+        assert Scale.of(volume).span(view, part) == pytest.approx(span)
     # Close to the eye there is none.
     shown = np.array([[0.5, 0.02, 0.5]])
     assert Scale.of(dots(20), shown).bar(View(distance=0.1)) is None
