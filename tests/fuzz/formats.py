@@ -1,29 +1,42 @@
 """The formats to fuzz: how to make valid files of each, and how tfscope reads them."""
 
-import hashlib
-import os
-import sys
-import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from importlib import import_module
 from pathlib import Path
 
+import h5py
+import imagecodecs
 import numpy as np
+import test_containers
+import test_labels
+import test_nifti
+import tifffile
+import volume_writers as writers
+import xarray
+from volume_writers import dataset, item, save_dicom, scaled
 
+from app.state.preferences import Preferences
+from model.networks.card import ModelCard
+from model.networks.checkpoint import save_model
+from model.networks.paper import build_generator
+from model.networks.size import NetworkSize
+from model.samples.sample_store import BLOCK, SampleBatch, SampleStore
+from model.scene.scene import Scene
+from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF, TransferFunction
+from model.scene.view import View
+from model.scene.volume import Volume
+from tests.fuzz.child import read_model, read_preferences, read_store, read_tf, read_volume
 from tests.fuzz.mutations import mutated, mutated_json
 
-WRITERS = Path(__file__).parents[1] / "model" / "volume_files"
-sys.path.insert(0, str(WRITERS))
+VOXELS = np.random.default_rng(1).integers(0, 4000, (9, 10, 11), dtype=np.uint16)
 
 
 @dataclass(frozen=True)
 class Format:
     """A kind of file or folder: writes valid examples, and reads one as tfscope does.
 
-    Reading returns a digest of what must not change unnoticed, or "". Of a folder, files of any
-    suffix are mutated, or of some.
+    Of a folder, files of any suffix are mutated, or of some.
     """
 
     make: Callable[[Path], list[Path]]
@@ -32,135 +45,77 @@ class Format:
     mutate: Callable[..., bytes] = mutated
 
 
-def _voxels():
-    return np.random.default_rng(1).integers(0, 4000, (9, 10, 11), dtype=np.uint16)
-
-
 def _volumes(*makers):
-    return Format(lambda folder: [make(folder, _voxels()) for make in makers], _read_volume)
+    return Format(lambda folder: [make(folder) for make in makers], read_volume)
 
 
-def _by(module, make):
-    """Return a maker of a file by what the readers' tests have in a module."""
-    return lambda folder, array: make(import_module(module), folder, array)
+def _by(write, name, *options, array=VOXELS, **more):
+    """Return a maker of a file by a writer of a name and an array."""
+    return lambda folder: write(folder / name, array, *options, **more)
 
 
-def _written(writer, name, *options, **more):
-    return _by(
-        "volume_writers",
-        lambda tests, folder, array: getattr(tests, f"write_{writer}")(
-            folder / name, array, *options, **more
-        ),
-    )
-
-
-def _vti(*options):
-    return _written("vti", "-".join(map(str, options)) + ".vti", *options)
-
-
-def _imagej(folder, array):
-    import tifffile
-
-    path = folder / "hyperstack.tif"
-    stacks = np.stack([array, array + 1], axis=1)
-    tifffile.imwrite(path, stacks, imagej=True, metadata={"axes": "ZCYX", "spacing": 2.0})
+def _tiff(path, array, **options):
+    tifffile.imwrite(path, array, **options)
     return path
 
 
-def _ome(folder, array):
-    import tifffile
-
-    path = folder / "a.ome.tif"
-    metadata = {"axes": "ZYX", "PhysicalSizeX": 0.5, "PhysicalSizeZ": 2.0}
-    tifffile.imwrite(path, array, metadata=metadata, tile=(16, 16), compression="zlib")
-    return path
+STACKS = np.stack([VOXELS, VOXELS + 1], axis=1)
+IMAGEJ = {"axes": "ZCYX", "spacing": 2.0}
+OME = {"axes": "ZYX", "PhysicalSizeX": 0.5, "PhysicalSizeZ": 2.0}
 
 
-def _frames(syntax, encoder):
-    """Return a maker of a file of compressed frames, or of an enhanced one."""
-
-    def make(folder, array):
-        import imagecodecs
-        from volume_writers import dataset, item, save_dicom
-
-        tags = {"ImagePositionPatient": [0, 0, 0], "SpacingBetweenSlices": 2.0}
-        if encoder:
-            encode = getattr(imagecodecs, encoder)
-            tags["encoded"] = [encode(np.ascontiguousarray(plane)) for plane in array]
-        else:
-            places = [item(ImagePositionPatient=[0.0, 0.0, 2.0 * z]) for z in range(len(array))]
-            groups = [item(PlanePositionSequence=place)[0] for place in places]
-            tags["PerFrameFunctionalGroupsSequence"] = groups
-        image = dataset(array, syntax=f"1.2.840.10008.1.2.{syntax}", frames=len(array), **tags)
-        return save_dicom(folder / f"{syntax}.dcm", image)
-
-    return make
+def _frames(path, array, syntax, encoder=None):
+    """Write a file of compressed frames, or an enhanced one."""
+    tags = {"ImagePositionPatient": [0, 0, 0], "SpacingBetweenSlices": 2.0}
+    if encoder is not None:
+        tags["encoded"] = [encoder(np.ascontiguousarray(plane)) for plane in array]
+    else:
+        places = [item(ImagePositionPatient=[0.0, 0.0, 2.0 * z]) for z in range(len(array))]
+        groups = [item(PlanePositionSequence=place)[0] for place in places]
+        tags["PerFrameFunctionalGroupsSequence"] = groups
+    syntax = f"1.2.840.10008.1.2.{syntax}"
+    return save_dicom(path, dataset(array, syntax=syntax, frames=len(array), **tags))
 
 
 def _nibabel(name):
-    def make(tests, folder, array):
-        return tests.save(folder / name, array.astype(np.int16), kind=tests.WRITERS[name])
-
-    return _by("test_nifti", make)
+    kind = test_nifti.WRITERS[name]
+    return _by(test_nifti.save, name, array=VOXELS.astype(np.int16), kind=kind)
 
 
-def _hdf5(folder, array):
-    import h5py
-
+def _hdf5(folder):
     with h5py.File(folder / "a.h5", "w") as file:
-        file.create_dataset("group/values", data=array, chunks=(3, 5, 11), compression="gzip")
-        file["mask"] = (array > 9).astype(np.uint8)
+        file.create_dataset("group/values", data=VOXELS, chunks=(3, 5, 11), compression="gzip")
+        file["mask"] = (VOXELS > 9).astype(np.uint8)
         file["group/values"].attrs["_FillValue"] = 7
     return folder / "a.h5"
 
 
-def _cf(folder, array, form):
+def _cf(folder, form):
     """Write a packed variable with coordinates, as xarray does."""
-    import xarray
-
-    axes = {name: 2.5 * np.arange(n) for name, n in zip(("lev", "lat", "lon"), array.shape)}  # noqa: B905
-    data = xarray.Dataset({"t": (tuple(axes), array / 2.0, {"units": "K"})}, axes)
+    axes = {"lev": 2.5 * np.arange(9), "lat": 2.5 * np.arange(10), "lon": 2.5 * np.arange(11)}
+    data = xarray.Dataset({"t": (tuple(axes), VOXELS / 2.0, {"units": "K"})}, axes)
     data.lev.attrs |= {"units": "hPa", "positive": "down"}
     packing = {"t": {"dtype": "i2", "scale_factor": 0.5, "_FillValue": -1}}
+    path = folder / ("cf.zarr" if form == "zarr" else f"{form}.nc")
     if form == "zarr":
-        data.to_zarr(folder / "cf.zarr", encoding=packing, zarr_format=2, consolidated=False)
-        return folder / "cf.zarr"
-    path = folder / f"{form}.nc"
-    data.to_netcdf(path, engine=form, encoding=packing)  # type: ignore[call-overload]
+        data.to_zarr(path, encoding=packing, zarr_format=2, consolidated=False)
+    else:
+        data.to_netcdf(path, engine=form, encoding=packing)
     return path
 
 
-def _ome_zarr(tests, folder, array):
-    scales = [tests.scaled(2.0, 0.5, 0.5)]
-    return tests.write_ome_zarr(folder / "ome.zarr", {"0": array}, scales=scales)
+def _by_programs(folder, name):
+    """Write a file as a program lays it out in HDF5."""
+    with h5py.File(folder / name, "w") as file:
+        test_containers.HDF5[name][0](file)
+    return folder / name
 
 
-def _by_programs(name):
-    """Return a maker of a file as a program lays it out in HDF5."""
-
-    def make(tests, folder, _array):
-        with tests.h5py.File(folder / name, "w") as file:
-            tests.HDF5[name][0](file)
-        return folder / name
-
-    return _by("test_containers", make)
-
-
-def _labels(writer):
-    """Return a maker of labels as a program writes them with their names and colours."""
-    return _by("test_labels", lambda tests, folder, _array: getattr(tests, writer)(folder))
-
-
-def _read_volume(path):
-    from model.volume_files.source import VolumeSource
-
-    VolumeSource(path=path).read()
-    return ""
+PROGRAMS = ("imaris.ims", "bdv.h5", "ilastik.h5", "openpmd.h5", "cells.vtkhdf")
+LABELS = (test_labels.workbench, test_labels.snap, test_labels.slicer, test_labels.ome)
 
 
 def _make_tf(folder):
-    from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF, TransferFunction
-
     span = (0.0, 255.0)
     colors = ColorTF(span, ((0.0, 0.0, 0.0, 0.0), (255.0, 1.0, 0.5, 0.0)))
     modes = OpacityTF(span, (GaussianMode(50.0, 9.0, 0.5), GaussianMode(150.0, 20.0, 0.1)))
@@ -171,53 +126,17 @@ def _make_tf(folder):
     return paths
 
 
-def _read_tf(path):
-    from model.scene.transfer_function import TransferFunction
-
-    tf = TransferFunction.load(path)
-    tf.opacity.sample()
-    tf.color.sample()
-    return ""
-
-
-def _scene():
-    from model.scene.scene import Scene
-    from model.scene.volume import Volume
-
-    return Scene.of(Volume(_voxels()), image_size=16)
-
-
 def _make_model(folder):
-    from model.networks.card import ModelCard
-    from model.networks.checkpoint import save_model
-    from model.networks.paper import build_generator
-    from model.networks.size import NetworkSize
-
-    size, scene = NetworkSize(0.05, 16, 16), _scene()
+    size, scene = NetworkSize(0.05, 16, 16), Scene.of(Volume(VOXELS), image_size=16)
     metrics = {"holdout": {"rmse": 0.05}, "sensitivity_agreement": {}}
     card = ModelCard(scene, "draft", size, {"samples_seen": 1}, metrics, {"torch": "2"})
     save_model(folder / "model", card, build_generator(size, scene))
     return [folder / "model"]
 
 
-def _read_model(path):
-    from model.networks.card import recorded_agreement, recorded_errors
-    from model.networks.checkpoint import load_model
-
-    recorded_agreement(path)
-    recorded_errors(path)
-    _, network = load_model(path)
-    digest = hashlib.sha256()
-    for value in network.state_dict().values():
-        digest.update(value.numpy().tobytes())
-    return digest.hexdigest()
-
-
 def _make_store(folder):
-    from model.samples.sample_store import BLOCK, SampleBatch, SampleStore
-
-    rng = np.random.default_rng(2)
-    store = SampleStore.create(folder / "s.zarr", _scene(), 7, {"train": 2 * BLOCK, "holdout": 9})
+    rng, scene = np.random.default_rng(2), Scene.of(Volume(VOXELS), image_size=16)
+    store = SampleStore.create(folder / "s.zarr", scene, 7, {"train": 2 * BLOCK, "holdout": 9})
     shapes = {n: a.shape[1:] for n, a in store.read("train", range(0)).arrays.items()}
     for split in ("train", "holdout"):
         for block in store.missing_blocks(split):
@@ -227,23 +146,7 @@ def _make_store(folder):
     return [store.path]
 
 
-def _read_store(path):
-    from model.samples.sample_store import SPLITS, SampleStore
-
-    store = SampleStore(path)
-    store.require_complete()
-    digest = hashlib.sha256()
-    for split in SPLITS:
-        batch = store.read(split, range(store.count(split)))
-        for name in sorted(batch.arrays):
-            digest.update(batch.arrays[name].tobytes())
-    return digest.hexdigest()
-
-
 def _make_preferences(folder):
-    from app.state.preferences import Preferences
-    from model.scene.view import View
-
     preferences = Preferences(folder)
     preferences.note_opened("f", Path("/data/a.nrrd"))
     preferences.note_volume("f", up_axis="+y", view=View(), models=("/data/m",))
@@ -251,81 +154,45 @@ def _make_preferences(folder):
     return [folder / "settings.json", folder / "volumes" / "f.json"]
 
 
-def _read_preferences(path):
-    from app.state.preferences import KeptFile
-    from app.state.settings import Settings, VolumeMemory
-
-    KeptFile(path, Settings if path.name == "settings.json" else VolumeMemory)
-    return ""
+def _itk(*files):
+    return [_by(writers.write_itk, *file) for file in files]
 
 
-def _make_planted(folder):
-    (folder / "planted").write_bytes(b"good")
-    return [folder / "planted"]
-
-
-def _read_planted(path):
-    """Fail as the file's content says: the fuzz job's own test."""
-    from model.errors import VolumeError
-
-    match path.read_bytes():
-        case b"refused":
-            raise VolumeError("refused")
-        case b"error":
-            raise KeyError("error")
-        case b"crash":
-            os.abort()
-        case b"hang":
-            time.sleep(60)
-        case b"memory":
-            np.ones(1 << 26).sum()
-        case b"altered":
-            return "other"
-    return "same"
-
+VTI = [("Appended", "None"), ("Appended", "ZLib", True), ("Appended", "LZ4"),
+       ("Binary", "ZLib"), ("Ascii", "None")]  # fmt: skip
 
 FORMATS = {
-    "nrrd": _volumes(_written("itk", "a.nrrd"), _written("itk", "b.nrrd", True)),
-    "metaimage": _volumes(_written("itk", "a.mha"), _written("itk", "b.mha", True)),
-    "nifti": _volumes(
-        _written("itk", "a.nii"), _written("itk", "b.nii.gz"), _nibabel("c.nii"), _nibabel("f.mgh")
-    ),
-    "vti": _volumes(
-        _vti("Appended", "None"),
-        _vti("Appended", "ZLib", True),
-        _vti("Appended", "LZ4"),
-        _vti("Binary", "ZLib"),
-        _vti("Ascii", "None"),
-    ),
-    "vtk": _volumes(_written("legacy", "a.vtk", True), _written("legacy", "b.vtk", False)),
+    "nrrd": _volumes(*_itk(("a.nrrd",), ("b.nrrd", True))),
+    "metaimage": _volumes(*_itk(("a.mha",), ("b.mha", True))),
+    "nifti": _volumes(*_itk(("a.nii",), ("b.nii.gz",)), _nibabel("c.nii"), _nibabel("f.mgh")),
+    "vti": _volumes(*(_by(writers.write_vti, f"{n}.vti", *o) for n, o in enumerate(VTI))),
+    "vtk": _volumes(*(_by(writers.write_legacy, f"{n}.vtk", n) for n in (True, False))),
     "tiff": _volumes(
-        *(_written("tiff", f"{kind}.tif", compression=kind) for kind in (None, "zlib", "lzw")),
-        *(_imagej, _ome),
+        *(_by(writers.write_tiff, f"{c}.tif", compression=c) for c in (None, "zlib", "lzw")),
+        _by(_tiff, "hyperstack.tif", array=STACKS, imagej=True, metadata=IMAGEJ),
+        _by(_tiff, "a.ome.tif", metadata=OME, tile=(16, 16), compression="zlib"),
     ),
-    "dicom": _volumes(_written("dicom", "series")),
+    "dicom": _volumes(_by(writers.write_dicom, "series")),
     "dicom-frames": _volumes(
-        _frames("1", ""),
-        _frames("4.80", "jpegls_encode"),
-        _frames("4.70", "ljpeg_encode"),
-        _frames("4.90", "jpeg2k_encode"),
+        _by(_frames, "enhanced.dcm", "1"),
+        _by(_frames, "jpegls.dcm", "4.80", imagecodecs.jpegls_encode),
+        _by(_frames, "ljpeg.dcm", "4.70", imagecodecs.ljpeg_encode),
+        _by(_frames, "jpeg2k.dcm", "4.90", imagecodecs.jpeg2k_encode),
     ),
-    "numpy": _volumes(_written("npy", "a.npy"), _written("npz", "a.npz")),
+    "numpy": _volumes(_by(writers.write_npy, "a.npy"), _by(writers.write_npz, "a.npz")),
     "hdf5": _volumes(_hdf5),
-    "hdf5-programs": _volumes(
-        *map(_by_programs, ("imaris.ims", "bdv.h5", "ilastik.h5", "openpmd.h5", "cells.vtkhdf"))
-    ),
+    "hdf5-programs": _volumes(*(partial(_by_programs, name=name) for name in PROGRAMS)),
     "netcdf": _volumes(partial(_cf, form="scipy"), partial(_cf, form="h5netcdf")),
     "zarr": _volumes(
-        *(_written("zarr", "a2.zarr", 2), _written("zarr", "a3.zarr", 3)),
-        *(partial(_cf, form="zarr"), _by("volume_writers", _ome_zarr)),
+        *(_by(writers.write_zarr, f"a{form}.zarr", form) for form in (2, 3)),
+        partial(_cf, form="zarr"),
+        _by(writers.write_ome_zarr, "ome.zarr", array={"0": VOXELS}, scales=[scaled(2, 0.5, 0.5)]),
     ),
-    "labels": _volumes(*map(_labels, ("workbench", "snap", "slicer", "ome"))),
-    "mrc": _volumes(_written("mrc", "a.mrc")),
-    "tf": Format(_make_tf, _read_tf, mutate=mutated_json),
-    "card": Format(_make_model, _read_model, (".json",), mutated_json),
-    "weights": Format(_make_model, _read_model, (".safetensors",)),
-    "store": Format(_make_store, _read_store),
-    "preferences": Format(_make_preferences, _read_preferences, mutate=mutated_json),
-    "planted": Format(_make_planted, _read_planted),
+    "labels": _volumes(*LABELS),
+    "mrc": _volumes(_by(writers.write_mrc, "a.mrc")),
+    "tf": Format(_make_tf, read_tf, mutate=mutated_json),
+    "card": Format(_make_model, read_model, (".json",), mutated_json),
+    "weights": Format(_make_model, read_model, (".safetensors",)),
+    "store": Format(_make_store, read_store),
+    "preferences": Format(_make_preferences, read_preferences, mutate=mutated_json),
 }
-"""By name; "planted" is the job's own test."""

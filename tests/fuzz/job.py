@@ -1,16 +1,14 @@
-"""The fuzz job: mutates examples of a format, has children read them, and counts."""
+"""The fuzz job: mutates examples of a format, has a child read them, and counts."""
 
 import multiprocessing
 import random
 import shutil
-import threading
 from collections import Counter
 from dataclasses import dataclass, field
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from tests.fuzz.child import main
-from tests.fuzz.formats import FORMATS
 
 SPAWNED = multiprocessing.get_context("spawn")
 START_S = 120.0
@@ -27,114 +25,83 @@ class Outcomes:
     failures: list[str] = field(default_factory=list)
 
 
-def fuzz(name, count, seed, keep=None, jobs=2, limit_s=20.0):
+def fuzz(name, kind, count, seed=0, keep=None, limit_s=20.0):
     """Read a number of mutated files of a format, the same ones for the same seed.
 
     Files that fail are kept in a folder, with a report; one that takes longer than
     the limit hangs.
     """
-    outcomes, lock = Outcomes(), threading.Lock()
-    left = iter(range(count))
-
-    def work():
-        with TemporaryDirectory() as folder:
-            reader = _Reader(name, Path(folder), seed, limit_s)
-            try:
-                while True:
-                    with lock:
-                        index = next(left, None)
-                    if index is None:
-                        return
-                    outcome, report = reader.read_mutated(index)
-                    with lock:
-                        outcomes.counts[outcome] += 1
-                        if outcome not in GOOD:
-                            outcomes.failures.append(f"{name} {index}: {outcome}: {report}")
-                            if keep is not None:
-                                place = keep / f"{name}-{index}"
-                                shutil.copytree(reader.folder, place, dirs_exist_ok=True)
-                                (place / "report.txt").write_text(f"{outcome}\n{report}")
-            finally:
-                reader.end()
-
-    threads = [threading.Thread(target=work) for _ in range(jobs)]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    return outcomes
-
-
-class _Reader:
-    """Makes mutated files in a folder, and has a child read them."""
-
-    def __init__(self, name, folder, seed, limit_s):
-        self._name, self._seed, self._limit_s = name, seed, limit_s
-        self._format = FORMATS[name]
-        whole = folder / "whole"
+    found, child = Outcomes(), None
+    with TemporaryDirectory() as folder:
+        whole, place = Path(folder, "whole"), Path(folder, "mutated")
         whole.mkdir()
-        self._examples = sorted(self._format.make(whole))
-        self.folder = folder / "mutated"
-        self._child = None
-        self._digests = {path: self._asked(path).get("digest") for path in self._examples}
+        examples = sorted(kind.make(whole))
+        digests = {}
+        for index in range(count):
+            if child is None:
+                child = _Child(kind.read)
+                # Whole files first: they have all libraries loaded, which takes seconds.
+                for path in examples:
+                    outcome, digests[path] = child.asked(path, START_S)
+                    assert outcome == "read", (name, path, digests[path])
+            rng = random.Random(f"{name} {seed} {index}")
+            example = rng.choice(examples)
+            path = _mutated(kind, example, place, rng)
+            outcome, report = child.asked(path, limit_s)
+            if outcome in ("hang", "crash"):
+                child.end()
+                child = None
+            elif outcome == "read" and report != digests[example]:
+                outcome, report = "altered", "it is read, but what it holds is another"
+            found.counts[outcome] += 1
+            if outcome not in GOOD:
+                found.failures.append(f"{name} {index}: {outcome}: {report}")
+                if keep is not None:
+                    kept = shutil.copytree(place, keep / f"{name}-{index}", dirs_exist_ok=True)
+                    (kept / "report.txt").write_text(f"{outcome}\n{report}")
+    if child is not None:
+        child.end()
+    return found
 
-    def read_mutated(self, index):
-        """Return the outcome of a mutated file or folder, and a report."""
-        rng = random.Random(f"{self._name} {self._seed} {index}")
-        example = rng.choice(self._examples)
-        path = self._mutated(example, rng)
-        answer = self._asked(path)
-        outcome, report = answer["outcome"], answer.get("report", "")
-        if outcome == "read" and answer["digest"] != self._digests[example]:
-            outcome, report = "altered", "it is read, but what it holds is another"
-        return outcome, report
 
-    def end(self):
-        if self._child is not None:
-            self._child.kill()
-            self._child.join()
-            self._pipe.close()
-            self._child = None
-
-    def _mutated(self, example, rng):
-        shutil.rmtree(self.folder, ignore_errors=True)
-        self.folder.mkdir()
-        path = self.folder / example.name
-        if example.is_file():
-            path.write_bytes(self._format.mutate(example.read_bytes(), rng))
-            return path
-        shutil.copytree(example, path)
-        files = sorted(f for f in path.rglob("*") if f.is_file())
-        suffixes = self._format.suffixes
-        file = rng.choice([f for f in files if not suffixes or f.suffix in suffixes])
-        if not suffixes and rng.random() < 0.1:
-            file.unlink()
-        else:
-            file.write_bytes(self._format.mutate(file.read_bytes(), rng))
+def _mutated(kind, example, place, rng):
+    """Put a mutation of a file or folder into an empty place."""
+    shutil.rmtree(place, ignore_errors=True)
+    place.mkdir()
+    path = place / example.name
+    if example.is_file():
+        path.write_bytes(kind.mutate(example.read_bytes(), rng))
         return path
+    shutil.copytree(example, path)
+    files = sorted(f for f in path.rglob("*") if f.is_file())
+    file = rng.choice([f for f in files if not kind.suffixes or f.suffix in kind.suffixes])
+    if not kind.suffixes and rng.random() < 0.1:
+        file.unlink()
+    else:
+        file.write_bytes(kind.mutate(file.read_bytes(), rng))
+    return path
 
-    def _asked(self, path):
-        if self._child is None:
-            self._start()
-        assert self._child is not None
+
+class _Child:
+    """A process that reads files."""
+
+    def __init__(self, read):
+        self._pipe, theirs = SPAWNED.Pipe()
+        self._process = SPAWNED.Process(target=main, args=(theirs, read))
+        self._process.start()
+        theirs.close()
+
+    def asked(self, path, limit_s):
         try:
             self._pipe.send(path)
-            if self._pipe.poll(self._limit_s):
+            if self._pipe.poll(limit_s):
                 return self._pipe.recv()
-            answer = {"outcome": "hang", "report": f"no answer within {self._limit_s:g} s"}
         except (EOFError, OSError):
-            self._child.join()
-            answer = {"outcome": "crash", "report": f"the child ended with {self._child.exitcode}"}
-        self.end()
-        return answer
+            self._process.join()
+            return "crash", f"the child ended with {self._process.exitcode}"
+        return "hang", f"no answer within {limit_s:g} s"
 
-    def _start(self):
-        self._pipe, theirs = SPAWNED.Pipe()
-        self._child = SPAWNED.Process(target=main, args=(theirs, self._name))
-        self._child.start()
-        theirs.close()
-        # A whole file first: it has all libraries loaded, which takes seconds.
-        self._pipe.send(self._examples[0])
-        answer = self._pipe.recv() if self._pipe.poll(START_S) else {"outcome": "hang"}
-        if answer["outcome"] != "read":
-            raise RuntimeError(f"{self._name}: a whole file cannot be read: {answer}")
+    def end(self):
+        self._process.kill()
+        self._process.join()
+        self._pipe.close()

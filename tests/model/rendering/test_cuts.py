@@ -17,6 +17,7 @@ from model.scene.clip_plane import ClipPlane
 from model.scene.crop import CropBox
 from model.scene.hints import why_nothing
 from model.scene.inputs import SceneInputs, outside_range
+from model.scene.mask import Mask
 from model.scene.scene import LightDirection, Scene
 from model.scene.transfer_function import OpacityTF
 from model.scene.view import Projection, View
@@ -137,20 +138,10 @@ def test_places_in_an_orthographic_view_are_those_of_the_central_plane():
     assert near == pytest.approx(whole)
 
 
-def test_depth_is_along_parallel_rays():
-    volume = noisy()
-    solid = OpacityTF(RANGE, points=((0.0, 1.0), (255.0, 1.0)))
-    view = View(0.0, 0.0, 0.0, 0.5, is_orthographic=True)
-    image, depth = RaycastRenderer(volume).frame(scene(view, solid), 16)
-    middle = image[..., 3] > 0.99
-    # The front face is flat, and half the volume's length in front of the centre.
-    expected = 2 * volume.radius - volume.extent[1] / 2 + 0.5 * volume.voxel_size
-    np.testing.assert_allclose(depth[middle], expected, rtol=1e-5)
-
-
-def test_models_know_neither_and_what_cuts_all_away_is_named():
-    said = outside_range(scene(NEAR, clip=OBLIQUE), Scene.of(noisy(), 16))
-    assert "an orthographic view" in said and "a clipping plane" in said
+def test_models_know_none_of_them_and_what_cuts_all_away_is_named():
+    mask = Mask.of(noisy().voxels > 100)
+    said = outside_range(scene(NEAR, clip=OBLIQUE, mask=mask), Scene.of(noisy(), 16))
+    assert all(each in said for each in ("an orthographic view", "a clipping plane", "a mask"))
     inputs = scene(PERSPECTIVE, SOLID, clip=replace(OBLIQUE, offset=-1.0))
     assert drawn(RaycastRenderer, noisy(), inputs, 16).max() == 0
     counts, edges = np.ones(256, int), np.linspace(*RANGE, 257)

@@ -70,28 +70,6 @@ def test_every_path_begins_at_the_color_of_one_label():
     assert cosines[seen.max(axis=-1) < 1].max(axis=1).min() > 1 - 1e-5
 
 
-def test_a_ray_through_blocks_adds_up_their_lengths():
-    """Straight through the middle of a column of 2 x 2 x 4 voxels; its ends have half of one."""
-    opacities = [0.0, 0.3, 0.05, 0.5, 0.8, 0.1]
-    values = np.array([1, 5, 3, 2], np.uint8)[:, None, None] * np.ones((1, 2, 2), np.uint8)
-    volume = Volume(values, file=FileFacts(is_labels=True)).over(RANGE)
-    from_top = View(0.0, 89.99, 0.0, 1.0)
-    expected, through = np.zeros(3), 1.0
-    for label, length in ((2, 0.5), (3, 1.0), (5, 1.0), (1, 0.5)):
-        a = 1 - (1 - opacities[label]) ** length
-        expected += through * a * COLORS[label]
-        through *= 1 - a
-    for kind in (RaycastRenderer, VtkRenderer):
-        renderer = kind(volume, sample_distance=0.01)
-        inputs = SceneInputs.of(from_top, tf_of(opacities))
-        for turned in (inputs, replace(inputs, view=replace(from_top, elevation=-89.99))):
-            found = renderer.render(turned, 65)[32, 32]
-            if turned is inputs:
-                np.testing.assert_allclose(found[:3], expected, atol=0.01)
-            assert found[3] == pytest.approx(1 - through, abs=0.01)
-        renderer.close()
-
-
 @pytest.mark.parametrize("tf", [OPAQUE, CLEAR])
 @pytest.mark.parametrize("lighting", ["none", "direct"])
 def test_images_are_those_of_vtk(lighting, tf):

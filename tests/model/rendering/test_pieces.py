@@ -7,9 +7,8 @@ from model.rendering.pieces import pieces_at
 from model.rendering.scale_bar import volume_text
 from model.scene.clip_plane import ClipPlane
 from model.scene.crop import CropBox
-from model.scene.inputs import SceneInputs, outside_range
+from model.scene.inputs import SceneInputs
 from model.scene.mask import Mask, hidden_voxels
-from model.scene.scene import Scene
 from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF
 from model.scene.view import View
 from model.scene.volume import FileFacts, Volume
@@ -141,8 +140,3 @@ def test_hidden_are_what_is_missing_and_what_a_mask_hides():
     hidden = hidden_voxels(given, Mask.of(~missing[::-1]))
     np.testing.assert_array_equal(hidden, missing | missing[::-1])
     assert hidden_voxels(given, None) is given.hidden
-
-
-def test_models_do_not_know_masks():
-    mask = Mask.of(volume().voxels > 0)
-    assert "a mask" in outside_range(inputs(mask=mask), Scene.of(volume(), 16))

@@ -1,15 +1,20 @@
+"""The bar's length is measured in the pictures of the ray caster."""
+
 from dataclasses import replace
 
+import imageio.v3 as iio
 import numpy as np
 import pytest
 import torch
-from drawing import MODES, RAINBOW, constant, drawn, rms, slab
+from drawing import MODES, RAINBOW, RANGE, WHITE, drawn, rms
 
+from model.errors import RenderError
+from model.rendering.movie_file import write_movie
 from model.rendering.raster import Raster, resized
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.rendering.vtk_renderer import VtkRenderer
-from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs
+from model.scene.transfer_function import OpacityTF
 from model.scene.view import View
 
 INPUTS = SceneInputs(View(35.0, 20.0, 5.0, 0.8), MODES, RAINBOW)
@@ -58,28 +63,6 @@ def test_panning_moves_the_picture_as_it_is(renderer):
     assert_same(moved[: -SIZE // 8, SIZE // 4 :], still[SIZE // 8 :, : -SIZE // 4])
 
 
-# VTK has one sample more at a clipping plane, half a voxel long.
-@pytest.mark.parametrize(("kind", "error"), [(VtkRenderer, 0.035), (RaycastRenderer, 1e-3)])
-def test_a_cropped_slab_has_the_opacity_of_its_thickness(kind, error):
-    crop = CropBox((0, 0.3, 0), (1, 0.8, 1))
-    inputs = SceneInputs(View(0.0, 0.0), constant(0.1), RAINBOW, crop=crop)
-    # 8 voxel lengths deep, of which half is shown.
-    expected = 1 - 0.9 ** (0.5 * 8)
-    assert drawn(kind, slab((9, 9, 9)), inputs, 33)[16, 16, 3] == pytest.approx(expected, abs=error)
-
-
-def test_both_renderers_agree_on_panned_cropped_and_wide_pictures(volume):
-    inputs = replace(
-        INPUTS,
-        view=replace(INPUTS.view, pan_x=-0.3, pan_y=0.2),
-        crop=CropBox((0.2, 0.0, 0.1), (0.9, 0.7, 1.0)),
-    )
-    kinds = VtkRenderer, RaycastRenderer
-    images = [drawn(kind, volume, inputs, Raster(60, 40)) for kind in kinds]
-    assert rms(images[0] - images[1]) < 0.01
-    assert images[0][..., 3].mean() > 0.03
-
-
 def test_a_scaled_picture_keeps_its_proportions():
     whole = Raster(1200, 300)
     assert whole.scaled(0.5) == Raster(600, 150)
@@ -103,3 +86,60 @@ def test_pixels_between_are_interpolated_as_torch_does(shape):
     theirs = torch.nn.functional.interpolate(planes, shape, mode="bilinear")
     found = resized(image, shape)
     np.testing.assert_allclose(found, theirs[0].permute(1, 2, 0).numpy(), atol=1e-6)
+
+
+def apart(volume, view, raster):
+    """How far apart both are in the picture, in pixels."""
+    opacity = OpacityTF(RANGE, points=((0.0, 0.0), (100.0, 0.0), (255.0, 1.0)))
+    inputs = SceneInputs(view, opacity, WHITE)
+    image = drawn(RaycastRenderer, volume, inputs, raster, threads=1)[..., 3]
+    columns = np.arange(raster.width)
+    middle = raster.width // 2
+    left, right = (
+        (columns[half] * image.sum(axis=0)[half]).sum() / image.sum(axis=0)[half].sum()
+        for half in (slice(0, middle), slice(middle, None))
+    )
+    return float(right - left)
+
+
+# imageio leaves its reader's pipes to the garbage collection.
+pytestmark = [
+    pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning"),
+    pytest.mark.filterwarnings("ignore::ResourceWarning"),
+]
+
+
+@pytest.mark.parametrize("suffix", [".mp4", ".gif"])
+def test_movies_can_be_read_again(tmp_path, suffix):
+    levels = np.linspace(0.1, 0.9, 6)
+    frames = (np.full((47, 65, 3), round(255 * level), np.uint8) for level in levels)
+    path = write_movie(tmp_path / f"path{suffix}", frames, 25)
+    read = np.asarray(iio.imread(path, index=None if suffix == ".gif" else ...))
+    middle = read[:, 20, 20, 0].astype(np.float64) / 255
+    # The sides of an MP4 are even.
+    assert read.shape[:3] == ((6, 47, 65) if suffix == ".gif" else (6, 46, 64))
+    assert middle == pytest.approx(levels, abs=0.06)
+    assert [p.name for p in tmp_path.iterdir()] == [path.name]
+
+
+def test_movies_of_unknown_formats_are_refused(tmp_path):
+    frames = [np.zeros((16, 16, 3), dtype=np.uint8)]
+    with pytest.raises(RenderError, match="movies end in"):
+        write_movie(tmp_path / "path.txt", frames, 25)
+    with pytest.raises(RenderError, match="cannot be written"):
+        write_movie(tmp_path / "missing" / "path.gif", frames, 25)
+
+
+class EndedError(Exception):
+    """What ends a movie."""
+
+
+@pytest.mark.parametrize("suffix", [".mp4", ".gif"])
+def test_a_movie_that_is_ended_leaves_nothing(tmp_path, suffix):
+    def frames():
+        yield np.zeros((16, 16, 3), np.uint8)
+        raise EndedError
+
+    with pytest.raises(EndedError):
+        write_movie(tmp_path / f"path{suffix}", frames(), 25)
+    assert not [*tmp_path.iterdir()]

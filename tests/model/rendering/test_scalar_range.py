@@ -1,5 +1,3 @@
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from drawing import VIEW, drawn, rms
@@ -9,7 +7,7 @@ from model.rendering.raycast.renderer import RaycastRenderer
 from model.rendering.vtk_renderer import VtkRenderer
 from model.scene.inputs import SceneInputs
 from model.scene.scene import LightDirection
-from model.scene.transfer_function import TF_SAMPLES, ColorTF, GaussianMode, OpacityTF
+from model.scene.transfer_function import TF_SAMPLES, ColorTF, OpacityTF
 from model.scene.volume import Volume
 from tests.reference_raycaster import cast, composite, correct, render
 
@@ -79,21 +77,6 @@ def test_a_range_decides_about_tfs_and_not_about_light(chosen):
         assert rms(images[0] - images[1]) < 0.006
 
 
-def test_a_thin_shell_in_a_cliff_is_found():
-    # From -1000 to 1000 within one voxel; the range is a tenth of that.
-    voxels = np.full((20, 20, 20), -1000.0)
-    voxels[6:14, 6:14, 6:14] = 1000
-    volume = Volume(voxels).over((-100.0, 100.0))
-    shell = OpacityTF((-100.0, 100.0), points=((-90.0, 0.0), (0.0, 0.99), (90.0, 0.0)))
-    white = ColorTF((-100.0, 100.0), ((0.0, 1.0, 1.0, 1.0),))
-    inputs = SceneInputs(VIEW, shell, white)
-    expected = render(volume, VIEW, shell.sample(), white.sample(), SIZE, 0.02)
-    for kind in KINDS:
-        image = drawn(kind, volume, inputs, SIZE, sample_distance=0.02)
-        assert rms(image - expected) < 0.02
-    assert 0.01 < expected[..., 3].mean() < 0.2
-
-
 def test_the_derivative_is_that_of_a_float64_ray_caster_over_a_narrow_range():
     chosen = (49.75, 51.0)
     volume, values = noise("uint8").over(chosen), np.linspace(*chosen, TF_SAMPLES)
@@ -120,24 +103,3 @@ def test_the_derivative_is_that_of_a_float64_ray_caster_over_a_narrow_range():
     assert energies[0] == pytest.approx((image(0) ** 2).sum(), rel=1e-3)
     assert gradients[0] @ edit == pytest.approx((image(0) * expected).sum(), rel=5e-3)
     renderer.close()
-
-
-@pytest.mark.parametrize("kind", KINDS)
-def test_the_image_is_that_of_the_natural_logarithm(kind):
-    values = np.exp(2.0 * np.random.default_rng(4).normal(size=(12, 13, 14)))
-    volume = Volume(values).on_scale("log")
-    lo, hi = volume.scalar_range
-    opacity = OpacityTF((lo, hi), (GaussianMode(0.4, 0.3, 0.4),), scale="log")
-    color = ColorTF((lo, hi), ((lo, 0.0, 0.2, 1.0), (hi, 1.0, 0.3, 0.0)))
-    found = drawn(kind, volume, SceneInputs(VIEW, opacity, color), 48, "direct")
-    # The same picture in nepers: everything is ln 10 times as large.
-    by = np.log(10.0)
-    plain = Volume(np.log(values))
-    ends = plain.scalar_range
-    nepers = replace(
-        opacity, scalar_range=ends, modes=(GaussianMode(0.4 * by, 0.3 * by, 0.4),), scale="linear"
-    )
-    colors = ColorTF(ends, ((ends[0], 0.0, 0.2, 1.0), (ends[1], 1.0, 0.3, 0.0)))
-    expected = drawn(kind, plain, SceneInputs(VIEW, nepers, colors), 48, "direct")
-    assert expected[..., 3].max() > 0.3
-    assert np.abs(found - expected).max() < 2e-3

@@ -1,10 +1,14 @@
+from functools import partial
+
 import numpy as np
 import pytest
-from drawing import drawn, rms
+from drawing import constant, drawn, rms, slab
 
 from model.rendering.raycast.renderer import RaycastRenderer
-from model.rendering.scalars import BEYOND, renderable_scalars
+from model.rendering.renderer import open_renderer
+from model.rendering.scalars import BEYOND, noise_of, renderable_scalars
 from model.rendering.vtk_renderer import VtkRenderer
+from model.scene.crop import CropBox
 from model.scene.default_tf import default_transfer_function
 from model.scene.inputs import SceneInputs
 from model.scene.ranges import robust_range
@@ -108,3 +112,56 @@ def test_light_does_not_depend_on_the_unit_of_float32(scale):
         images.append(drawn(RaycastRenderer, volume, inputs, 24, "direct"))
     assert images[0][..., :3].max() > 0.1
     np.testing.assert_allclose(images[1], images[0], atol=0.004)
+
+
+RANGE = (0.0, 200.0)
+WHITE = ColorTF(RANGE, ((0.0, 1.0, 1.0, 1.0), (200.0, 1.0, 1.0, 1.0)))
+SOLID = OpacityTF(RANGE, points=((0.0, 0.0), (80.0, 0.0), (120.0, 0.95), (200.0, 0.95)))
+LOWER = CropBox((0.0, 0.0, 0.0), (1.0, 1.0, 0.55))
+EDGE = 48
+
+
+def ball(noise=0.0):
+    z, y, x = np.mgrid[:EDGE, :EDGE, :EDGE] - (EDGE - 1) / 2
+    inside = np.clip(18.5 - np.sqrt(x * x + y * y + z * z), 0, 1)
+    voxels = 180 * inside + np.random.default_rng(4).normal(0, 1, inside.shape) * noise
+    return Volume(np.clip(np.rint(voxels), 0, 200).astype(np.uint8), (1.0, 1.0, 1.0)).over(RANGE)
+
+
+@pytest.mark.parametrize("dtype", ["float32", "uint8"])
+@pytest.mark.parametrize("sigma", [0.0, 2.0, 7.0])
+def test_noise_is_that_of_the_material_not_of_the_air(dtype, sigma):
+    z, y, x = np.mgrid[:60, :60, :60] - 29.5
+    material = x * x + 2 * y * y + z * z < 22**2
+    random = np.random.default_rng(9).normal(0, sigma, material.shape)
+    voxels = np.where(material, 120 + 0.4 * x + random, 0.0)
+    rounded = np.rint(voxels) if dtype != "float32" else voxels
+    # Rounding is noise, too: its variance is 1/12.
+    expected = np.hypot(sigma, np.sqrt(1 / 12) if dtype != "float32" and sigma else 0)
+    assert noise_of(rounded.astype(dtype)) == pytest.approx(expected, rel=0.12, abs=0.35)
+
+
+def test_noise_of_smooth_and_of_small_volumes_is_none():
+    z, y, x = np.meshgrid(*[np.linspace(-1, 1, 40)] * 3, indexing="ij")
+    smooth = np.exp(-3 * (x * x + y * y + z * z)).astype(np.float32)
+    assert noise_of(smooth) < 1e-4
+    assert noise_of(np.arange(8.0).reshape(2, 2, 2)) == 0.0
+
+
+@pytest.mark.parametrize("flat", [1, 1000])
+@pytest.mark.parametrize("name", ["raycast", "vtk"])
+def test_what_is_thinner_than_a_step_is_as_opaque_as_its_length(name, flat):
+    volume = Volume(slab((5, 40, 40)).voxels, (flat, flat, 1.0))
+    inputs = SceneInputs(View(azimuth=0.0, elevation=90.0), constant(0.6), WHITE)
+    found = drawn(partial(open_renderer, name), volume, inputs, 64)[32, 32, 3]
+    assert found == pytest.approx(1 - 0.4 ** (4 / volume.voxel_size), abs=0.003)
+
+
+def test_vtks_picture_does_not_depend_on_the_unit_of_length():
+    voxels, inputs = ball().voxels, SceneInputs(View(), SOLID, WHITE, crop=LOWER)
+    images = [
+        drawn(VtkRenderer, Volume(voxels, (unit, unit, 2 * unit)).over(RANGE), inputs, 48, "direct")
+        for unit in (1.0, 1e-9, 1e6)
+    ]
+    for image in images[1:]:
+        assert np.abs(image - images[0]).max() <= 2 / 255

@@ -2,20 +2,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from ramp import make_tf, make_volume
 
 from model.scene.crop import CropBox
 from model.scene.hints import narrow_part, nothing_visible, why_nothing
 from model.scene.inputs import SceneInputs
-from model.scene.random_inputs import SHARES, draw_color_tf, opacity_tf_of
 from model.scene.ranges import opacity_over
-from model.scene.scene import Scene
 from model.scene.tf_presets import presets
 from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF
-from model.scene.view import FAR_DISTANCE_RADII, View
-from model.scene.volume import Volume
+from model.scene.view import View
 
 WIDE = (0.0, 65535.0)
 
@@ -66,15 +61,11 @@ def test_the_remedy_shows_it_as_it_is(opacity):
     assert narrow_part(opacity_over(opacity, found.remedy)) is None
 
 
-def test_the_sentence_names_both():
+def test_the_sentence_names_both_and_the_remedy_has_enough_digits():
     found = narrow_part(band(29977.0, 30023.0))
-    assert found.sentence == (
-        "The TF's detail at 29,977 to 30,023 is finer than 1/256 of the range 0 to 65,535: "
-        "it is drawn wider, or not at all."
-    )
+    assert "29,977 to 30,023" in found.sentence and "0 to 65,535" in found.sentence
     assert found.remedy_text == "29,905 to 30,095"
-    fine = narrow_part(band(0.5, 0.502, (0.0, 1.0)))
-    assert fine is not None and fine.remedy_text == "0.4970 to 0.5050"
+    assert narrow_part(band(0.5, 0.502, (0.0, 1.0))).remedy_text == "0.4970 to 0.5050"
 
 
 @pytest.mark.parametrize(
@@ -98,35 +89,12 @@ def test_what_is_drawn_about_as_it_is(opacity):
     assert narrow_part(opacity) is None
 
 
-# Curves of random points may well have a narrow peak.
-@pytest.mark.parametrize("kind", sorted(SHARES.keys() - {"curve"}))
-def test_random_tfs_are_wide_enough(kind):
-    scene = Scene.of(Volume(np.linspace(*WIDE, 64).reshape(4, 4, 4).astype(np.float32)), 16)
-    for seed in range(100):
-        rng = np.random.default_rng(seed)
-        opacity = opacity_tf_of(kind, rng, scene)
-        assert narrow_part(opacity, draw_color_tf(rng, scene, opacity)) is None
-
-
 @pytest.mark.parametrize("units", ["", "HU"])
 def test_presets_are_wide_enough(units):
     values = np.random.default_rng(0).normal(0, 400, 40_000).clip(-1024, 3071)
     counts, edges = np.histogram(values, 256)
     for preset in presets((-1024.0, 3071.0), counts, edges, units):
         assert narrow_part(preset.tf.opacity, preset.tf.color) is None, preset.name
-
-
-@given(st.integers(2, 40), st.integers(0, 2**32 - 1))
-def test_any_curve_has_a_remedy_within_its_range(count, seed):
-    rng = np.random.default_rng(seed)
-    values = np.sort(rng.uniform(0, 1, count))
-    heights = rng.choice([0.0, 0.3, 1.0], count)
-    opacity = OpacityTF((0.0, 1.0), points=tuple(zip(values, heights, strict=True)))
-    found = narrow_part(opacity)
-    if found is not None:
-        low, high = found.remedy
-        assert 0.0 <= low < high <= 1.0
-        assert found.sentence
 
 
 def test_a_narrow_colour_counts_where_it_is_seen():
@@ -212,17 +180,6 @@ def test_a_view_that_misses_the_volume(view, aspect, outside):
     assert ("left the image" in found.text or "too small" in found.text) is outside
     if outside:
         assert found.cause == "view"
-
-
-def test_the_sphere_at_the_edge_agrees_with_a_projected_one():
-    """Project points of the sphere's silhouette by hand at a distance of 0.5."""
-    distance = 0.5 * FAR_DISTANCE_RADII
-    angles = np.linspace(0, np.pi, 20001)
-    radius = np.max(np.sin(angles) / (distance - np.cos(angles))) / np.tan(np.radians(15))
-    for pan, outside in ((radius + 1.001, True), (radius + 0.999, False)):
-        view = View(distance=0.5, pan_y=-float(pan))
-        found = explain(replace(with_mode(190.0), view=view))
-        assert ("left the image" in found.text) is outside
 
 
 def test_a_crop_box_is_named_when_the_rest_is_in_order():

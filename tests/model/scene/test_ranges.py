@@ -1,17 +1,42 @@
+"""The logarithmic scale, against NumPy's logarithm."""
+
+import json
+import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from model.errors import VolumeError
-from model.scene.ranges import fit_to_range, fit_to_volume, percentile_range, robust_range
-from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF, TransferFunction
+from model.errors import TfscopeError, VolumeError
+from model.scene.default_tf import default_transfer_function
+from model.scene.ranges import (
+    RangeChoice,
+    fit_to_range,
+    fit_to_volume,
+    percentile_range,
+    range_text,
+    robust_range,
+    value_text,
+)
+from model.scene.scene import Scene
+from model.scene.tf_presets import color_tf_of_map
+from model.scene.transfer_function import (
+    TF_SAMPLES,
+    ColorTF,
+    GaussianMode,
+    OpacityTF,
+    TransferFunction,
+)
+from model.scene.value_scale import logarithmic_ticks, suits_logarithm, values_at
 from model.scene.volume import Volume
+from model.volume_files import read_volume
+from model.volume_files.shipped import shipped_volumes
 
 SHAPE = (24, 24, 24)
 RNG = np.random.default_rng(5)
 BULK = RNG.uniform(2.0, 7.0, SHAPE)
-ENDS = BULK.min(), BULK.max()
 
 
 def changed(places, value, dtype="float64"):
@@ -79,12 +104,6 @@ def test_percentiles_are_numpys(dtype):
     lo, hi = percentile_range(Volume(voxels), 2, 97.5)
     expected = np.percentile(voxels, [2, 97.5], method="inverted_cdf")
     assert (lo, hi) == tuple(expected.astype(float))
-    assert percentile_range(Volume(voxels), 0, 100) == (voxels.min(), voxels.max())
-
-
-def test_percentiles_of_many_voxels_are_those_of_a_sample():
-    voxels = RNG.uniform(0, 1, (80, 80, 80)).astype(np.float32)
-    assert percentile_range(Volume(voxels), 1, 99) == pytest.approx((0.01, 0.99), abs=2e-3)
     assert percentile_range(Volume(voxels), 0, 100) == (voxels.min(), voxels.max())
 
 
@@ -189,14 +208,6 @@ def test_what_means_nothing_to_the_volume_is_stretched(own):
     assert fit_to_volume(RELATIVE, CT.over((0.0, 100.0))).scalar_range == (0.0, 100.0)
 
 
-def test_a_tf_from_before_an_outlier_was_ignored_keeps_its_meaning():
-    voxels = CT.voxels.astype(np.float64)
-    voxels[0, 0, 0] = 1e30
-    volume = Volume(voxels)
-    for own in [(-1023.0, 3071.0), (0.0, 100.0), (0.0, 1e30)]:
-        assert fit_to_volume(over(*own), volume.over((2000.0, 2010.0))).scalar_range == own
-
-
 @pytest.mark.parametrize(
     "opacity",
     [
@@ -224,3 +235,154 @@ def test_a_tf_over_all_values_of_16_bits_keeps_those_that_the_volume_has(opacity
         elsewhere = replace(tf, opacity=OpacityTF((0.0, 65535.0), (other,)))
         stretched = fit_to_volume(elsewhere, Volume(voxels)).opacity.modes[0].mean
         assert stretched == pytest.approx(30000 + 48 * other.mean / 65535)
+
+
+OBLONG = 20, 24, 28
+
+
+def noise(spread=2.5):
+    return np.exp(spread * np.random.default_rng(8).normal(size=OBLONG)).astype(np.float32)
+
+
+def offered(voxels, missing=None):
+    return suits_logarithm(Volume(voxels, missing=missing).distribution)
+
+
+@pytest.mark.parametrize("dtype", ["uint8", "int16", "uint32", "float32", "float64"])
+def test_voxels_are_the_logarithms(dtype):
+    voxels = np.random.default_rng(1).integers(1, 127, OBLONG).astype(dtype)
+    volume = Volume(voxels).on_scale("log")
+    np.testing.assert_allclose(volume.voxels, np.log10(voxels.astype(float)), rtol=3e-7)
+    assert volume.scale == "log" and volume.data_range == pytest.approx((0, math.log10(126)))
+
+
+def test_what_has_no_logarithm_lies_at_the_start():
+    voxels = noise()
+    voxels[0, 0, :3] = 0.0, -5.0, -1e-30
+    volume = Volume(voxels).on_scale("log")
+    lowest = np.log10(voxels[voxels > 0].min())
+    np.testing.assert_allclose(volume.voxels[0, 0, :3], lowest, rtol=1e-6)
+    assert volume.data_range[0] == pytest.approx(lowest)
+
+
+def test_missing_voxels_remain_missing_and_do_not_count():
+    voxels, missing = noise(), np.zeros(OBLONG, bool)
+    voxels[3] = 1e-9
+    missing[3] = True
+    volume = Volume(voxels, missing=missing).on_scale("log")
+    assert volume.data_range[0] == pytest.approx(np.log10(voxels[~missing].min()))
+    assert volume.missing_share == pytest.approx(1 / 20)
+    assert volume.drawing_missing(True).on_scale("linear").draws_missing
+
+
+def test_it_is_the_same_volume():
+    volume = Volume(noise(), name="halo", units="Msun")
+    log = volume.on_scale("log")
+    assert log.fingerprint == volume.fingerprint
+    assert (log.name, log.units) == ("halo", "Msun")
+    assert log.linear is volume
+    back = log.over((1.0, 2.0), "linear")
+    assert back.voxels is volume.voxels and back.scalar_range == (1.0, 2.0)
+    assert volume.over((-1.0, 2.0), "log").scalar_range == (-1.0, 2.0)
+    assert Scene.of(log, 64).scale == "log"
+    assert Scene.from_json(json.loads(json.dumps(Scene.of(log, 64).to_json()))).scale == "log"
+
+
+@pytest.mark.parametrize("voxels", [-noise(), np.where(noise() > 1, -1.0, 7.0), noise() * 0 - 1])
+def test_nothing_to_take_a_logarithm_of(voxels):
+    voxels[0, 0, 0] = -2.0
+    with pytest.raises(VolumeError, match="linear"):
+        Volume(voxels).on_scale("log")
+
+
+def test_it_is_offered_for_log_normal_values_alone():
+    assert offered(noise())
+    assert offered((noise() * 100).astype(np.uint32))
+    zeros = noise()
+    zeros[:9] = 0.0
+    assert offered(zeros)
+    fill = noise()
+    fill[:9] = 1e9
+    missing = np.zeros(OBLONG, bool)
+    missing[:9] = True
+    assert offered(fill, missing)
+    assert not offered(noise(0.5))
+    assert not offered(noise() - 5)
+    assert not offered(np.random.default_rng(2).random(OBLONG))
+    # Values close to one another and one far out: a narrower range shows these.
+    hot = 100 + np.random.default_rng(2).random(OBLONG)
+    hot[0, 0, 0] = 1e5
+    assert not offered(hot)
+
+
+@pytest.mark.parametrize("path", shipped_volumes(), ids=lambda path: path.stem)
+def test_it_is_not_offered_for_what_is_shipped(path):
+    assert not suits_logarithm(read_volume(path).distribution)
+
+
+@pytest.mark.parametrize(
+    "places", [(-5.2, 4.7), (0.0, 3.0), (1.2, 2.3), (2.0, 2.1), (-300.0, 300.0), (4.0, 4.001)]
+)
+def test_ticks_lie_where_their_text_says(places):
+    ticks = logarithmic_ticks(places)
+    lo, hi = places
+    assert 2 <= len(ticks) <= 14
+    for place, text in ticks:
+        assert -1e-6 <= place <= 1 + 1e-6
+        assert lo + place * (hi - lo) == pytest.approx(
+            math.log10(float(text)), abs=1e-6 * (hi - lo)
+        )
+
+
+def test_a_tf_brings_its_scale():
+    volume = Volume(noise())
+    log = volume.on_scale("log")
+    tf = default_transfer_function(log.over((-2.0, 3.0)))
+    assert fit_to_volume(tf, volume) == tf
+    linear = default_transfer_function(volume.over(robust_range(volume)))
+    assert fit_to_volume(linear, log) == linear
+    # One over quite other values is stretched, and keeps its scale.
+    far = TransferFunction(
+        OpacityTF((200.0, 210.0), (GaussianMode(205.0, 1.0, 0.5),), scale="log"),
+        color_tf_of_map("Viridis", (200.0, 210.0)),
+    )
+    fitted = fit_to_volume(far, volume)
+    assert fitted.scale == "log" and fitted.scalar_range == pytest.approx(robust_range(log))
+    with pytest.raises(VolumeError, match="logarithm"):
+        fit_to_volume(tf, Volume(-noise()))
+
+
+def test_ranges_and_windows_are_typed_in_the_data_s_units():
+    log = Volume(noise()).on_scale("log")
+    assert RangeChoice(0.01, 1000.0).of(log) == pytest.approx((-2.0, 3.0))
+    low, high = values_at(RangeChoice(1.0, 99.0, are_percentiles=True).of(log), "log")
+    assert (low, high) == pytest.approx(tuple(np.percentile(log.linear.voxels, [1, 99])), rel=0.02)
+    with pytest.raises(VolumeError, match="above zero"):
+        RangeChoice(-1.0, 5.0).of(log)
+    assert Scene.of(log, 64, scalar_window=(0.1, 10.0)).scalar_window == pytest.approx((-1, 1))
+    with pytest.raises(TfscopeError, match="above zero"):
+        Scene.of(log, 64, scalar_window=(0.0, 10.0))
+
+
+@given(st.floats(-1e9, 1e9), st.floats(1e-12, 1e12, exclude_min=True), st.floats(0, 1))
+def test_the_text_is_right_to_within_a_bin(low, extent, part):
+    high = low + extent
+    if high - low < 1e-9 * max(abs(low), abs(high), 1e-300):
+        return
+    value = low + part * (high - low)
+    error = abs(float(value_text(value, (low, high), "linear")) - value)
+    assert error <= 1.001 * (high - low) / (TF_SAMPLES - 1)
+
+
+@pytest.mark.parametrize(
+    ("values", "scalar_range", "text"),
+    [
+        ((260.2, 1899.7), (-1024.0, 3071.0), "260 to 1,900"),
+        ((-1000.0, -612.0), (-1024.0, 3071.0), "-1,000 to -612"),
+        ((0.25, 0.5), (0.0, 1.0), "0.250 to 0.500"),
+        ((67.4, 66.8), (0.0, 255.0), "67"),
+        ((1e-8, 2e-8), (0.0, 1e-7), "1e-08 to 2e-08"),
+    ],
+)
+def test_ranges_have_their_thousands_set_apart(values, scalar_range, text):
+    assert range_text(values, scalar_range, "linear") == text

@@ -133,13 +133,6 @@ def test_points_that_move_together_keep_their_distances(indices, shift, lift):
     assert [moved.points[i] for i in still] == [CURVE.points[i] for i in still]
 
 
-@given(anywhere)
-def test_modes_that_move_together_stop_together(shift):
-    moved = edits.move_opacity_handles(MODES, (0, 1), shift, 0.0)
-    assert moved.modes[0].mean == pytest.approx(130 + np.clip(shift, -30, 30))
-    assert moved.modes[1].mean - moved.modes[0].mean == pytest.approx(40)
-
-
 @given(st.floats(-60, 60))
 def test_a_stop_follows_its_mode_past_other_stops(shift):
     stops = ((100.0, 0, 0, 0), (130.0, 1, 0, 0), (150.0, 0, 1, 0), (200.0, 1, 1, 1))
@@ -234,17 +227,6 @@ def test_modes_stay_modes_of_which_the_values_in_reach_are_left(modes, low, size
     assert (rest(values)[beyond] <= 0.1 * opacity(values)[beyond] + 1e-9).all()
 
 
-def test_what_is_isolated_or_raised_where_little_can_be_done():
-    (mode,) = isolate_value(NOTHING, 140.0, 3.0, (138.0, 142.0)).modes
-    assert (mode.mean, mode.amplitude) == (140.0, 0.05)
-    # A mode that lies in reach stays as it is.
-    narrow = GaussianMode(140.0, 4.0, 0.5)
-    opacity = OpacityTF((100.0, 200.0), (narrow, GaussianMode(180.0, 8.0, 0.4)))
-    assert isolate_value(opacity, 141.0, 3.0, (134.0, 146.0)).modes == (narrow,)
-    opaque = OpacityTF((0.0, 1.0), points=((0.0, 1.0), (1.0, 1.0)))
-    assert raise_value(opaque, 0.5, 0.1) == opaque
-
-
 def test_the_colour_is_far_from_what_is_shown():
     for color in STRIKING_COLORS:
         shown = np.tile(color, (900, 1))
@@ -265,19 +247,3 @@ def test_a_striking_mode_has_its_colour_and_leaves_the_others():
         far = np.array([v for v in np.linspace(100, 200, 41) if abs(v - value) > 6.01])
         np.testing.assert_allclose(found.color(far), TF.color(far), atol=0.02)
     assert add_striking_mode(TF, 152.0, 3.0, 0.3, shown).opacity.modes[:-1] == TF.opacity.modes
-
-
-@pytest.mark.parametrize("height", [0.02, 0.2])
-def test_what_is_opaque_keeps_its_colour_but_for_what_the_mode_adds(height):
-    shown = np.tile((1.0, 1.0, 1.0), (9, 1))
-    striking = np.array(striking_color(shown))
-    found = add_striking_mode(TF, 130.0, 3.0, height, shown)
-    values = np.linspace(100, 200, 201)
-    added = np.clip(found.opacity(values) - TF.opacity(values), 0, None)
-    share = added / np.maximum(added + TF.opacity(values), 1e-12)
-    expected = TF.color(values) + share[:, None] * (striking - TF.color(values))
-    # Straight lines between the stops, of which there are five.
-    weight = np.maximum(TF.opacity(values), 0.02)[:, None]
-    assert np.abs(weight * (found.color(values) - expected)).max() < 0.25 * height
-    change = np.abs(found.color(130.0) - TF.color(130.0)).max()
-    assert change <= 1.01 * height / (height + 0.5)

@@ -6,7 +6,7 @@ import pytest
 
 from model.scene.default_tf import default_transfer_function, is_smoke
 from model.scene.scene import default_scalar_window
-from model.scene.tf_presets import looks_like_hu, presets
+from model.scene.tf_presets import presets
 from model.scene.thinned_volume import ThinnedVolume
 from model.scene.volume import Volume
 
@@ -73,21 +73,6 @@ def test_all_span_the_range_asked_for_and_differ():
         assert np.abs(one.opacity.sample() - other.opacity.sample()).max() > 0.05
 
 
-@pytest.mark.parametrize(
-    "counts", [[1, 0, 0, 1], [0, 0, 0, 9], [9, 9, 9, 9], [1000, 1, 0, 0], [5, 1000, 5, 0]]
-)
-def test_odd_histograms_have_presets_that_hide_the_background(counts):
-    found = presets((0.0, 4.0), np.array(counts), np.arange(5.0))
-    assert all(tf.opacity.sample().max() > 0 for tf in (p.tf for p in found))
-
-
-def test_hu_are_known_by_unit_or_range():
-    assert looks_like_hu((-1000.0, 3000.0))
-    assert looks_like_hu((0.0, 100.0), "HU")
-    assert not looks_like_hu((0.0, 4095.0))
-    assert not looks_like_hu((-100.0, 4095.0), "K")
-
-
 def uniform(lo, hi):
     return Volume(np.linspace(lo, hi, 32**3).reshape(32, 32, 32))
 
@@ -127,24 +112,6 @@ def test_the_default_follows_the_units_of_the_data(limits):
     assert places == pytest.approx(unit, abs=0.01)
 
 
-def test_what_fills_the_volume_is_shown_less():
-    scalars = np.linspace(0.0, 1.0, 32**3).reshape(32, 32, 32)
-    plain = default_transfer_function(Volume(scalars))
-    crowded_at = plain.opacity.modes[1].mean
-    crowded = scalars.copy()
-    crowded[4:12] = crowded_at
-    tf = default_transfer_function(Volume(crowded))
-    assert tf.opacity(crowded_at) < plain.opacity(crowded_at) / 1.5
-
-
-@pytest.mark.parametrize("high", [1, 3, 255])
-def test_two_values_are_enough(high):
-    scalars = np.zeros((4, 4, 4), dtype=np.uint8)
-    scalars[2:] = high
-    tf = default_transfer_function(Volume(scalars))
-    assert np.isfinite(tf.opacity.sample()).all()
-
-
 def blob():
     radius = np.linalg.norm(np.indices((48, 48, 48)) - 23.5, axis=0)
     return np.exp(-((radius / 8) ** 2)), radius
@@ -163,13 +130,6 @@ def test_smoke_stays_translucent_and_a_body_of_the_same_size_does_not():
     assert rays[False] >= 0.9 > rays[True] > 0.3
 
 
-@pytest.mark.parametrize("noise", [0.0, 3.0])
-def test_a_solid_without_noise_is_no_smoke(noise):
-    _, radius = blob()
-    values = np.clip((14 - radius) * 40, 0, 160) * (1 + noise / 100)
-    assert not is_smoke(ThinnedVolume.of(Volume(values)))
-
-
 @pytest.mark.parametrize("grains", [190.0, 30.0])
 def test_grains_are_shown_without_the_resin_about_them(grains):
     random = np.random.default_rng(0)
@@ -178,14 +138,6 @@ def test_grains_are_shown_without_the_resin_about_them(grains):
     opacity = default_transfer_function(Volume(values)).opacity
     assert opacity(110.0) < 0.01
     assert opacity(grains + np.arange(-6, 7)).max() > 0.3
-
-
-def test_a_block_cut_out_of_a_solid_shows_the_solid():
-    random = np.random.default_rng(0)
-    coarse = random.choice([60.0, 100.0, 125.0], p=[0.15, 0.7, 0.15], size=(12, 12, 12))
-    values = np.kron(coarse, np.ones((4, 4, 4))) + random.normal(0, 3, (48, 48, 48))
-    opacity = default_transfer_function(Volume(values)).opacity
-    assert all(opacity(value + np.arange(-6, 7)).max() > 0.03 for value in (100.0, 125.0))
 
 
 @pytest.mark.parametrize("of_patient", [True, False])

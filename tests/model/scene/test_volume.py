@@ -5,8 +5,7 @@ import pytest
 
 from model.errors import VolumeError
 from model.scene.crop import CropBox
-from model.scene.orientation import corners
-from model.scene.thinned_volume import GRID, ThinnedVolume
+from model.scene.thinned_volume import ThinnedVolume
 from model.scene.transfer_function import GaussianMode, OpacityTF
 from model.scene.volume import Volume
 
@@ -73,16 +72,6 @@ def test_over_a_range_values_beyond_look_as_its_ends(dtype, chosen):
     np.testing.assert_array_equal(volume.over((100, 110)).scalars.max(), 110)
 
 
-def test_over_a_range_nothing_is_copied_or_computed_again_without_need(monkeypatch):
-    volume = Volume(ramp())
-    fingerprint = volume.fingerprint
-    monkeypatch.setattr(hashlib, "sha256", None)
-    assert volume.over((5.0, 6.0)).over((7.0, 8.0)).fingerprint == fingerprint
-    assert volume.over((-5.0, 1e38)).scalars is volume.voxels
-    assert volume.over((5.0, 6.0)).voxels is volume.voxels
-    assert volume.over((0.0, 119.0)).chosen_range is None
-
-
 def test_fingerprint_tells_voxels_type_and_spacing_apart():
     volume = Volume(ramp())
     same = Volume(ramp().astype(">f4"), name="other name")
@@ -103,16 +92,6 @@ def test_a_narrow_range_far_from_zero_is_kept():
     assert Volume(values).scalar_range == (1e6, 1e6 + 1e-3)
     with pytest.raises(VolumeError, match="too narrow"):
         Volume(values).over((1e6, 1e6 + 1e-8))
-
-
-def test_time_steps_are_of_one_series():
-    def named(name, shape=(3, 4, 5)):
-        return Volume(np.arange(np.prod(shape), dtype=np.float32).reshape(shape), name=name)
-
-    step = named("flow_t0007")
-    assert step.series == named("flow_t0120").series
-    assert step.series != named("smoke_t0007").series
-    assert step.series != named("flow_t0007", (3, 4, 6)).series
 
 
 def patchy(dtype, fill):
@@ -218,14 +197,6 @@ def test_rays_through_a_uniform_medium_follow_beers_law():
     assert rays == pytest.approx(1 - 0.9**lengths)
 
 
-def test_a_finer_volume_is_as_opaque_on_the_grid():
-    fine = Volume(np.linspace(0.0, 1.0, 8 * 8 * 256).reshape(8, 8, 256))
-    thinned = ThinnedVolume.of(fine)
-    assert thinned.levels.shape == (8, 8, GRID)
-    along_x = thinned.ray_opacities(OpacityTF((0.0, 1.0), points=((0.0, 0.01),)))[-64:]
-    assert along_x == pytest.approx(np.full(64, 1 - 0.99**256))
-
-
 def test_the_box_lies_around_what_is_shown_and_not_around_specks():
     scalars = np.zeros((40, 40, 40))
     scalars[10:20, 4:36, 20:30] = 1.0
@@ -237,23 +208,6 @@ def test_the_box_lies_around_what_is_shown_and_not_around_specks():
         assert (margin <= 1 / 40 + 1e-9).all()
     # Where nothing is shown it is the whole volume.
     assert ThinnedVolume.of(Volume(scalars)).shown_box(OpacityTF((0.0, 1.0))) == CropBox()
-
-
-def test_shown_points_reach_around_what_is_shown_and_no_farther():
-    scalars = np.zeros((20, 30, 40), np.float32)
-    z, y, x = np.mgrid[:20, :30, :40]
-    ball = (x - 20) ** 2 + (y - 15) ** 2 + (z - 10) ** 2 <= 64
-    scalars[ball] = 1
-    opacity = OpacityTF((0, 1), points=((0.5, 0), (1, 1)))
-    thinned = ThinnedVolume.of(Volume(scalars))
-    points = thinned.shown_points(opacity) * (40, 30, 20)
-    # Voxels lie at the middles of their cells.
-    radii = np.linalg.norm(points - (20.5, 15.5, 10.5), axis=1)
-    assert radii.max() < 8 + 1.0
-    assert np.abs(points[:, 0] - 20.5).max() == pytest.approx(8.5, abs=1)
-    assert np.abs(points[:, 2] - 10.5).max() == pytest.approx(8, abs=1)
-    nothing = thinned.shown_points(OpacityTF((0.0, 1.0)))
-    np.testing.assert_array_equal(nothing, corners(CropBox()))
 
 
 def test_missing_voxels_show_nothing_unless_they_are_drawn():

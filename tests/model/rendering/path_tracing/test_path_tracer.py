@@ -7,8 +7,11 @@ import numpy as np
 import pytest
 from scipy.ndimage import map_coordinates
 
+from model.compilation import compiled
 from model.rendering.path_tracing import renderer
+from model.rendering.path_tracing.random_numbers import following, hashed, number_of
 from model.rendering.path_tracing.renderer import Lamp, PathTracer, questions
+from model.rendering.path_tracing.tracking import track
 from model.rendering.raster import Raster
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.scene.crop import CropBox
@@ -249,3 +252,38 @@ def test_the_estimated_error_is_the_error():
         error = np.sqrt(np.mean((found[samples].rgba - truth.rgba)[..., :3] ** 2))
         assert found[samples].error / 1.5 < error < found[samples].error * 1.5
     assert found[64].error < found[8].error / 2
+
+
+LENGTH = 20
+
+
+def faint_block(faint):
+    """A block of two values: of one next to nothing is seen, the other is half opaque."""
+    voxels = np.zeros((LENGTH, LENGTH, LENGTH), np.uint8)
+    voxels[..., LENGTH // 2 :] = 255
+    opacity = OpacityTF((0.0, 255.0), points=((0.0, faint), (254.0, faint), (255.0, 0.5)))
+    color = ColorTF((0.0, 255.0), ((0.0, 0.8, 0.8, 0.8), (255.0, 0.8, 0.8, 0.8)))
+    return Volume(voxels), SceneInputs(View(-90.0, 0.0, 0.0, 0.5), opacity, color)
+
+
+@compiled
+def tracked(medium, place, direction, state, transmits):
+    """Call what is always inlined."""
+    return track(medium, place, direction, state, transmits)
+
+
+def test_a_path_without_depth_leaves_a_medium_of_next_to_no_extinction():
+    volume, inputs = faint_block(1e-41)
+    tracer = PathTracer(volume, threads=1)
+    scatterer = tracer._scatterer(inputs, 0.5)
+    tracer.close()
+    # Its reciprocal is infinite.
+    assert 0 < scatterer.majorants[scatterer.majorants > 0].min() < 1e-39
+    # The only state below 2^26 whose number is 0.
+    nothing = np.uint32(7189834)
+    assert number_of(hashed(following(nothing))) == 0
+    place = tuple(map(np.float32, (2.0, 10.0, 10.0)))
+    away = tuple(map(np.float32, (-1.0, 0.0, 0.0)))
+    for transmits in (False, True):
+        level, t, through = tracked(scatterer, place, away, nothing, transmits)
+        assert (level, t, through) == (-1, 2.0, 1.0)

@@ -116,18 +116,6 @@ def test_light_fades_by_its_way_through_the_volume(azimuth, elevation, blur, opa
     assert error.mean() < 0.01
 
 
-def test_ambient_light_in_the_middle_of_a_homogeneous_cube(cast):
-    opacity = 0.03
-    received = cast(homogeneous(), constant(opacity), ambient=1.0, distant=0.0)
-    # Along six axes it is 16 voxels to the face, along eight diagonals the root of three as far.
-    expected = (6 * (1 - opacity) ** 16 + 8 * (1 - opacity) ** (16 * math.sqrt(3))) / 14
-    assert received[16, 16, 16] == pytest.approx(expected, rel=0.04)
-    # Brighter towards the faces, and brightest at the corners; the same on all sides.
-    assert received[16, 16, 16] < received[16, 16, 2] < received[16, 2, 2] < received[2, 2, 2] < 1
-    for axis in range(3):
-        np.testing.assert_allclose(np.flip(received, axis), received, atol=0.01)
-
-
 def test_light_on_a_coarser_grid_is_about_the_same(executor):
     # 160 voxels along y are more than the light's grid has.
     scalars = np.zeros((40, 160, 30), np.uint8)

@@ -4,10 +4,18 @@ import numpy as np
 import pytest
 from drawing import MODES, RAINBOW, RANGE, VIEW, WHITE, constant, drawn, slab
 
+from model.rendering.raycast.batch import CLOSE
 from model.rendering.raycast.classification import LARGEST_ERROR
 from model.rendering.raycast.renderer import RaycastRenderer
+from model.rendering.renderer import smooth_distance
 from model.scene.inputs import SceneInputs
-from model.scene.transfer_function import TF_SAMPLES, ColorTF, OpacityTF, TransferFunction
+from model.scene.transfer_function import (
+    TF_SAMPLES,
+    ColorTF,
+    GaussianMode,
+    OpacityTF,
+    TransferFunction,
+)
 from model.scene.view import View
 from model.scene.volume import Volume
 from tests.reference_raycaster import cast, composite, correct, depth, render
@@ -152,3 +160,58 @@ def test_where_a_value_is_visible_adds_up_to_the_opacity():
     shown = renderer.value_visibility(inputs, 24, weights)
     assert shown.sum() == pytest.approx(float(weights @ counted), rel=0.02)
     renderer.close()
+
+
+UNIT = (0.0, 1.0)
+THREE = ColorTF(UNIT, ((0.0, 0.1, 0.2, 0.9), (0.4, 0.9, 0.8, 0.1), (1.0, 1.0, 0.3, 0.2)))
+SHEETS = OpacityTF(UNIT, tuple(GaussianMode(at, 0.008, 0.9) for at in (0.25, 0.5, 0.75)))
+NEARER = (View(35.0, 25.0, 7.0, 0.9), View(200.0, -60.0, -8.0, 0.4), View(77.0, -15.0, 0.0, 0.02))
+"""From outside, from near by, and from inside the volume, where rays are short."""
+
+
+def waves(shape=(21, 26, 18)):
+    z, y, x = np.meshgrid(*(np.linspace(-1, 1, n) for n in shape), indexing="ij")
+    values = np.exp(-(x**2 + (y - 0.3) ** 2 + z**2) / 0.4) + 0.1 * np.sin(4 * x + 3 * y - 2 * z)
+    return np.asarray((values - values.min()) / np.ptp(values), dtype=np.float32)
+
+
+def off_by(a, b):
+    return float(np.sqrt(np.mean((a[..., :3] - b[..., :3]) ** 2)))
+
+
+@pytest.mark.parametrize("distance", [CLOSE, 0.1, 0.05])
+@pytest.mark.parametrize("shape", [(21, 26, 18), (2, 26, 18)])
+def test_images_are_nearly_those_of_a_float64_ray_caster_that_reads_at_each_sample(distance, shape):
+    volume = Volume(waves(shape), (1.2, 0.8, 1.0))
+    opacity, color = SHEETS.sample(UNIT), THREE.sample(UNIT)
+    for view in NEARER:
+        truth = render(volume, view, opacity, color, 24, distance)
+        found = RaycastRenderer(volume, threads=1).render(
+            SceneInputs(view, SHEETS, THREE), 24, distance
+        )
+        far = render(volume, view, opacity, color, 24, 4 * distance)
+        assert off_by(found, truth) < 0.35 * off_by(far, truth)
+        assert abs(found - truth).mean() < 0.008
+
+
+def test_depth_and_skipping_agree_with_the_image():
+    volume = Volume(waves())
+    renderer = RaycastRenderer(volume, threads=1, sample_distance=0.1)
+    inputs = SceneInputs(NEARER[0], SHEETS, THREE)
+    rgba, depth = renderer.frame(inputs, 24)
+    np.testing.assert_array_equal(rgba, renderer.render(inputs, 24))
+    _, usual = RaycastRenderer(volume, threads=1).frame(inputs, 24)
+    seen = np.isfinite(depth) & np.isfinite(usual)
+    assert abs(depth[seen] - usual[seen]).max() < 0.6
+    renderer.skip_empty = renderer.terminate_early = False
+    np.testing.assert_allclose(renderer.render(inputs, 24), rgba, atol=1 / 510)
+
+
+@pytest.mark.parametrize("lighting", ["none", "direct", "soft"])
+def test_rings_go_under_all_lights(lighting):
+    volume = Volume(waves((42, 52, 36)))
+    renderer = RaycastRenderer(volume, lighting, threads=1)
+    inputs = SceneInputs(NEARER[0], SHEETS, THREE)
+    truth = renderer.render(inputs, 48, 1 / 64)
+    usual = off_by(renderer.render(inputs, 48), truth)
+    assert off_by(renderer.render(inputs, 48, smooth_distance(0.5, lighting)), truth) < 0.3 * usual
