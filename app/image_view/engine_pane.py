@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import html
+import time
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +29,7 @@ WITHOUT_IMAGE = (EngineState.WAITING, EngineState.LOADING, EngineState.PAUSED)
 """States in which no image is shown."""
 
 PLACE = 8  # distance of the caption to the canvas's left and upper edge, in pixels
+CALM_S = 0.25  # between two captions while something moves: a rate that flickers cannot be read
 CUBE_ROOM = 76  # width next to the caption that is the orientation cube's, in pixels
 PREPARING = "Preparing …"
 DRAWING = "drawing …"
@@ -69,6 +71,7 @@ class EnginePane(QWidget):
         self._name = title
         self._cover = ("", "", "")
         self._said: object = None
+        self._said_at = 0.0
         self._is_late = self._is_finer_next = False
         self.canvas = ImageCanvas(self)
         self.caption = CaptionButton(on_image=True)
@@ -233,8 +236,9 @@ class EnginePane(QWidget):
             note = self._note_tip if self.note else ""
             lines = [self._tip, self.hint, note, self.detail, self.client.remark]
         said = title, text, tone, tuple(lines), self.canvas.width()
-        if said != self._said:
-            self._said = said
+        is_soon = self._speed and time.monotonic() < self._said_at + CALM_S
+        if said != self._said and not is_soon:
+            self._said, self._said_at = said, time.monotonic()
             self._write(title, text, tone, lines)
         self.canvas.progress = self._progress()
         self.statusShown.emit()

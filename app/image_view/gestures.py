@@ -9,13 +9,14 @@ from functools import partial
 from typing import Literal, cast
 
 import numpy as np
-from PySide6.QtCore import QEvent, QObject, QPointF, QRectF, Qt, QTimer
+from PySide6.QtCore import QEvent, QObject, QPointF, QRectF, Qt
 from PySide6.QtGui import QKeyEvent, QMouseEvent, QNativeGestureEvent, QWheelEvent
 from PySide6.QtWidgets import QWidget
 
+from app.engines.background import Pause
 from app.image_view.image_canvas import ARROWS
 from app.state.view_navigation import ViewNavigation
-from app.state.viewer_state import ViewerState
+from app.state.viewer_state import STEP_MS, ViewerState
 from model.scene.orientation import angles_in, view_in
 from model.scene.scene import LightDirection, LightRange
 from model.scene.view import DEFAULT_UP, View
@@ -115,13 +116,13 @@ class ViewGestures(QObject):
         super().__init__(widget)
         self._widget = widget
         self._state = state
-        self._last = self._pressed = QPointF()
+        self._last = self._pressed = self._newest = QPointF()
         self._is_click = False
         self._gesture: Gesture | None = None
         self._button = Qt.MouseButton.NoButton
         self._limits = LightRange()
-        self._wheel_rest = QTimer(self, singleShot=True, interval=WHEEL_REST_MS)
-        self._wheel_rest.timeout.connect(state.finish_view)
+        self._wheel_rest = Pause(self, WHEEL_REST_MS, state.finish_view)
+        self._step_rest = Pause(self, STEP_MS, self._step)
         widget.installEventFilter(self)
 
     def set_light_range(self, limits: LightRange | None) -> None:
@@ -158,7 +159,7 @@ class ViewGestures(QObject):
         # What the wheel did is a gesture of its own.
         self._end_zoom()
         self._button = event.button()
-        self._last = self._pressed = event.position()
+        self._last = self._pressed = self._newest = event.position()
         self._is_click = self._gesture == "turn"
         if self._gesture == "light":
             self._drag(self._last)
@@ -194,10 +195,20 @@ class ViewGestures(QObject):
             if (event.position() - self._pressed).manhattanLength() <= CLICK_REACH:
                 return True
             self._is_click = False
-        self._drag(event.position())
+        self._newest = event.position()
+        if not self._step_rest.isActive():
+            self._step()
         return True
 
+    def _step(self) -> None:
+        """Follow the mouse to where it is, if it has moved."""
+        if self._newest != self._last:
+            self._step_rest.start()
+            self._drag(self._newest)
+
     def _end_drag(self) -> None:
+        self._step()
+        self._step_rest.stop()
         self._gesture = None
         self._state.finish_view()
         self._state.light_input.finish()

@@ -26,7 +26,8 @@ from model.scene.transfer_function import ColorTF, OpacityTF, Range, TransferFun
 from model.scene.value_scale import ValueScale
 from model.scene.volume import FileFacts
 
-INTERVAL_S = 0.1  # between two refreshes while something moves: plots take long to paint
+STEP_MS = 33  # between two steps of a drag: a mouse sends more than pictures can follow
+INTERVAL_S = 0.12  # between two refreshes while something moves: plots take long to paint
 
 
 class Calm(QObject):

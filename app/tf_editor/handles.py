@@ -20,7 +20,7 @@ from PySide6.QtWidgets import (
 
 from app import theme
 from app.engines.background import Pause
-from app.state.viewer_state import ViewerState
+from app.state.viewer_state import STEP_MS, ViewerState
 from model.scene import tf_editing as edits
 from model.scene.transfer_function import OpacityTF, TransferFunction
 
@@ -28,7 +28,6 @@ Shape = Literal["circle", "square", "pin", "line"]
 
 _RADIUS = {"circle": 6.0, "square": 4.0, "pin": 6.0, "line": 0.0}
 _REACH = 12.0  # half the edge of the square that takes the mouse, in pixels
-STEP_MS = 40  # between two steps of a drag: a mouse sends more than pictures follow
 
 _ADDING = Qt.KeyboardModifier.ShiftModifier | Qt.KeyboardModifier.ControlModifier
 
