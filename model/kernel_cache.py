@@ -7,6 +7,7 @@ import hashlib
 import os
 import shutil
 import tempfile
+from collections.abc import Iterator
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
@@ -40,12 +41,16 @@ def kernel_folder() -> Path:
     Numba itself detects changes only in a function's own file, not in the functions that it calls.
     """
     digest = hashlib.sha256(version("numba").encode())
-    for place in SOURCES:
-        source = Path(__file__).parent / place
-        for file in [source] if source.is_file() else sorted(source.rglob("*.py")):
-            digest.update(file.read_bytes())
+    for file in _sources():
+        digest.update(file.read_bytes())
     base = os.environ.get(RUN_FOLDER)
     return (Path(base) if base else cache_folder() / "kernels") / digest.hexdigest()[:16]
+
+
+def _sources() -> Iterator[Path]:
+    for place in SOURCES:
+        source = Path(__file__).parent / place
+        yield from [source] if source.is_file() else sorted(source.rglob("*.py"))
 
 
 def keeps_kernels() -> bool:
@@ -103,4 +108,7 @@ class KernelGroup:
 
     @property
     def _stamp(self) -> Path:
-        return kernel_folder() / self.name
+        """An empty file, for the sources of this place and time: Numba loads no others' code."""
+        times = [(str(file), file.stat().st_mtime_ns) for file in _sources()]
+        digest = hashlib.sha256(repr(times).encode()).hexdigest()[:8]
+        return kernel_folder() / f"{self.name}-{digest}"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 import os
 import platform
 from collections.abc import Mapping
@@ -16,6 +17,7 @@ from model.files import cache_folder, write_atomically
 from model.json_files import read_json
 
 FILE = "measurements.json"
+QUOTA = Path("/sys/fs/cgroup/cpu.max")  # of processor time, on Linux in a container
 
 
 def kept(name: str, about: Mapping[str, Any]) -> Any:
@@ -72,3 +74,16 @@ def processor_name() -> str:
             if line.startswith("model name"):
                 return line.split(":", 1)[1].strip()
     return platform.processor() or platform.machine()
+
+
+def processors() -> int:
+    """Return how many processors this process may use; a container may have a part of them."""
+    if hasattr(os, "sched_getaffinity"):
+        count = len(os.sched_getaffinity(0))
+    else:
+        count = os.cpu_count() or 1
+    with suppress(OSError, ValueError):
+        # "max 100000" without a limit, else the microseconds of all processors in a period.
+        quota, period = QUOTA.read_text(encoding="utf-8").split()
+        count = min(count, math.ceil(int(quota) / int(period)))
+    return max(count, 1)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor, wait
@@ -14,6 +13,7 @@ import numpy as np
 
 from app.engines.pace import LONGEST_SECONDS, REST_SECONDS, SOON_SECONDS, Sizes
 from app.engines.requests import UNWATCHED, Array, Image, ImageRequest, Watch
+from model.measurements import processors
 from model.rendering.raster import Raster
 from model.rendering.renderer import FallbackRenderer, Renderer
 from model.scene.inputs import SceneInputs
@@ -122,7 +122,7 @@ class Drawer:
         rgba = draw(inputs, raster, distance, watch)
         seconds = time.perf_counter() - begun
         self.sizes.note(distance, raster.side, seconds)
-        quiet = min((time.process_time() - worked) / (os.cpu_count() or 1), seconds)
+        quiet = min((time.process_time() - worked) / processors(), seconds)
         return Image(
             rgba, seconds, self.description, by_raycast=self.by_raycast, quiet_seconds=quiet
         )

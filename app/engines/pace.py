@@ -103,18 +103,19 @@ class Sizes(Pace):
         How long one of them took, at most the seconds of its limit, tells the size of the next.
         None is coarser than the image of this width that is shown, but the last where it must end.
         """
-        finest = None
-        if not self.is_slow(kind, whole):
-            limits = limits[-1:]
-        for number, seconds in enumerate(limits, 1):
-            is_last = number == len(limits)
+        finest, limits = None, list(limits if self.is_slow(kind, whole) else limits[-1:])
+        while limits:
+            seconds = limits.pop(0)
             is_known = self.expected(kind, whole.side) is not None
-            raster = whole if is_last and not is_known else self.within(kind, whole, seconds)
-            is_last = is_last or raster.width >= whole.width
+            raster = self.within(kind, whole, seconds) if limits or is_known else whole
             if finest is not None and raster.width <= FINER * finest.width:
                 raster = finest
-            if raster.width > FINER * width or (is_last and must_end):
+            is_last = raster.width >= whole.width or (not limits and raster == finest)
+            if raster.width > FINER * width or (must_end and (is_last or not limits)):
                 finest, width = raster, raster.width
                 yield raster, is_last
+                if not limits and not is_last:
+                    # Once more: what was compiled or busy before may have held up the last one.
+                    limits = [seconds]
             if is_last:
                 return

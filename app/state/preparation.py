@@ -13,6 +13,7 @@ from PySide6.QtCore import QObject, QProcess, QTimer, Signal
 
 from app.engines.background import Pause
 from model.kernel_cache import KernelGroup, keeps_kernels
+from model.measurements import processors
 
 COMMAND = (sys.executable, "-m", "app.prepare_kernels")
 ROOT = Path(__file__).resolve().parents[2]
@@ -156,7 +157,7 @@ class Preparation(QObject):
 def _crowd() -> float:
     """Factor by which other programs hold up two processes, by how many ran in the last minute."""
     others = os.getloadavg()[0] if hasattr(os, "getloadavg") else 0.0
-    return max((others + PROCESSES) / (os.cpu_count() or PROCESSES), 1.0)
+    return max((others + PROCESSES) / processors(), 1.0)
 
 
 class _Worker(QProcess):

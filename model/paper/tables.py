@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -14,6 +13,7 @@ from numpy.typing import NDArray
 
 from model.evaluation.holdout import generator_errors, neighbor_errors
 from model.latent.latent_space import draw_codes
+from model.measurements import processors
 from model.paper.edits import PAPER_R
 from model.paper.subject import Subject
 from model.samples.sample_rendering import make_renderer, render_samples
@@ -115,7 +115,7 @@ def table_1(
         (
             f"{count:,} hold-out samples (the paper: 2,000), {pixels} pixels "
             "(256 x 256). Time of images: of so many random samples with "
-            f"{os.cpu_count()} threads on this machine, from {timed} of them, or from a data set's "
+            f"{processors()} threads on this machine, from {timed} of them, or from a data set's "
             "own time; the paper's was a GPU, or a cluster for its lit images.",
         ),
     )
@@ -129,7 +129,7 @@ def _row_1(
     if store is not None and store.scene.volume_fingerprint == volume.fingerprint:
         seconds, samples = store.rendering
     if not samples:
-        seconds, samples = _sample_seconds(subject, timed), os.cpu_count() or 1
+        seconds, samples = _sample_seconds(subject, timed), processors()
     return (
         volume.name,
         " x ".join(map(str, volume.dimensions)),
@@ -194,7 +194,7 @@ def table_2(subject: Subject, repeats: int, blocks: int = PAPER_R) -> Table:
             ("paper (GTX 1080 Ti)", "101 MB", "16.5 h", ".007 s", ".06 s", ".49 s"),
         ),
         (
-            f"{generator.device}, {os.cpu_count()} cores, {subject.size} x {subject.size} pixels, "
+            f"{generator.device}, {processors()} cores, {subject.size} x {subject.size} pixels, "
             f"{card.size.width:g} of the paper's width, {seen:,} samples seen in training "
             "(starts from earlier models not counted). Size: generators in single precision; on "
             "disk in half. TF explore: the 16 pictures of a grid in one batch. TF sensitivity: "

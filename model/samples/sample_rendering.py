@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from model.errors import DatasetError, RenderError
+from model.measurements import processors
 from model.rendering.renderer import Renderer, open_renderer
 from model.samples.sample_store import SPLITS, SampleBatch, SampleStore
 from model.samples.sampling import Split, draw_sample
@@ -65,7 +66,7 @@ def render_store(
     tasks = [(s, block) for s in SPLITS for block in store.missing_blocks(s)]
     if not tasks:
         return
-    workers = min(workers or os.cpu_count() or 1, len(tasks))
+    workers = min(workers or processors(), len(tasks))
     with rendering_pool(workers, volume, store.scene) as pool, explained():
         try:
             blocks = [pool.submit(_render_block, store.path, *task) for task in tasks]

@@ -8,7 +8,6 @@ runs are reproducible and resume exactly; training waits if rendering falls behi
 
 from __future__ import annotations
 
-import os
 import threading
 import time
 from abc import ABC, abstractmethod
@@ -23,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.errors import DatasetError
+from model.measurements import processors
 from model.rendering.renderer import Renderer
 from model.samples.sample_rendering import (
     check_volume,
@@ -159,7 +159,7 @@ class StreamSource(SampleSource):
         self.rendering_seconds = 0.0
         self._lock = threading.Lock()
         self._volume = volume
-        self._threads = threads or os.cpu_count() or 1
+        self._threads = threads or processors()
         self._processes = processes
         rings = PROCESS_RINGS if processes else 1
         self._capacity = rings * min(RING_SAMPLES, RING_BYTES // (4 * scene.image_size**2))

@@ -7,7 +7,6 @@ the model itself, which the window can open during training.
 
 from __future__ import annotations
 
-import os
 import platform
 import time
 from collections.abc import Callable, Iterator
@@ -19,6 +18,7 @@ import numpy as np
 
 from model.errors import CollapseError, TrainingError
 from model.files import free_space
+from model.measurements import processors
 from model.networks.blocks import choose_device
 from model.networks.card import ModelCard
 from model.networks.checkpoint import save_model
@@ -359,7 +359,7 @@ def _source(job: TrainingJob, volume: Volume | None, device: str) -> SampleSourc
     assert volume is not None
     scene = job.scene_of(volume)
     # A GPU that trains is not to wait for the interpreter's lock, which rendering threads hold.
-    in_processes = device == "cuda" and (job.workers or os.cpu_count() or 1) >= MANY_WORKERS
+    in_processes = device == "cuda" and (job.workers or processors()) >= MANY_WORKERS
     return StreamSource(volume, scene, job.seed, job.reuse, job.workers, processes=in_processes)
 
 

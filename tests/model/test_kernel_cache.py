@@ -52,20 +52,37 @@ def test_constants_of_kernels_are_of_hashed_modules():
     assert foreign == set()
 
 
-@pytest.mark.parametrize("place", kernel_cache.SOURCES)
-def test_each_source_changes_the_folder(place, tmp_path, monkeypatch):
+def sources_in(folder, monkeypatch):
+    """Write other sources to a folder, as of another checkout, and use them."""
     for source in kernel_cache.SOURCES:
-        copy = tmp_path / source
+        copy = folder / source
         copy = copy if source.endswith(".py") else copy / "kernel.py"
         copy.parent.mkdir(parents=True, exist_ok=True)
         copy.write_text("A = 1")
-    monkeypatch.setattr(kernel_cache, "__file__", str(tmp_path / "kernel_cache.py"))
+    monkeypatch.setattr(kernel_cache, "__file__", str(folder / "kernel_cache.py"))
+
+
+@pytest.mark.parametrize("place", kernel_cache.SOURCES)
+def test_each_source_changes_the_folder(place, tmp_path, monkeypatch):
+    sources_in(tmp_path, monkeypatch)
     before = kernel_cache.kernel_folder()
     assert kernel_cache.kernel_folder() == before
     changed = tmp_path / place
     changed = changed if changed.is_file() else changed / "kernel.py"
     changed.write_text("A = 2")
     assert kernel_cache.kernel_folder() != before
+
+
+def test_a_copy_of_the_sources_is_not_prepared_as_numba_compiles_it_anew(tmp_path, monkeypatch):
+    monkeypatch.setenv(kernel_cache.RUN_FOLDER, str(tmp_path))
+    group = kernel_cache.KernelGroup("uint8", "soft", "images")
+    sources_in(tmp_path / "a", monkeypatch)
+    kernel_cache.kernel_folder().mkdir()
+    group.note_prepared()
+    assert group.is_prepared
+    sources_in(tmp_path / "b", monkeypatch)
+    assert kernel_cache.kernel_folder().exists()
+    assert not group.is_prepared
 
 
 def test_without_a_folder_to_write_kernels_are_kept_while_the_program_runs(tmp_path, monkeypatch):

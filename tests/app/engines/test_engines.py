@@ -47,12 +47,14 @@ class FakeRenderer:
 
     def __init__(self, seconds=0.0):
         self.seconds, self.calls = seconds, []
+        self.waits = 0.0  # seconds that the next image takes in addition
 
     def close(self):
         """Nothing is held."""
 
     def render(self, inputs, size, sample_distance, go_on=None):
-        FakeRenderer.now += self.seconds * size.rows * size.columns
+        FakeRenderer.now += self.seconds * size.rows * size.columns + self.waits
+        self.waits = 0.0
         self.calls.append((size, sample_distance))
         image = np.ones((size.rows, size.columns, 4), dtype=np.float32)
         image[..., 0] = np.arange(size.top, size.bottom)[:, None] / 1000
@@ -110,6 +112,14 @@ def test_what_takes_minutes_is_left_coarse_unless_all_pixels_are_chosen(clock):
         assert images[-1].seconds <= 1.5 * REST_SECONDS or len({i.width for i in images}) == 1
         drawn = {raster.width: raster.rows for raster, _ in renderer.calls}
         assert len(drawn) == len({image.width for image in images})
+
+
+def test_a_first_image_that_was_held_up_leaves_none_coarse(clock):
+    renderer = FakeRenderer(1e-7)
+    renderer.waits = LONGEST_SECONDS / 4  # as while kernels are compiled
+    images = rests(RendererEngine(Drawer(renderer, 0.5)))
+    assert images[-1].width == PANE.width
+    assert images[0].width < PANE.width
 
 
 def test_an_image_that_moves_takes_as_long_as_is_chosen(clock):

@@ -33,6 +33,7 @@ HANGS = "import time; time.sleep(600)"
 @pytest.fixture(autouse=True)
 def folder(tmp_path, monkeypatch):
     monkeypatch.setattr(kernel_cache, "kernel_folder", lambda: tmp_path)
+    monkeypatch.setattr(KernelGroup, "_stamp", property(lambda group: tmp_path / group.name))
     return tmp_path
 
 
@@ -67,7 +68,7 @@ def test_what_is_wanted_is_compiled_once(qtbot, folder):
 @pytest.mark.parametrize(("load", "text"), [(0, "20 s"), (6, "75 s")])
 def test_the_first_estimate_is_of_how_busy_the_computer_is(qtbot, folder, monkeypatch, load, text):
     monkeypatch.setattr(preparation.os, "getloadavg", lambda: (load, 0.0, 0.0), raising=False)
-    monkeypatch.setattr(preparation.os, "cpu_count", lambda: 2)
+    monkeypatch.setattr(preparation, "processors", lambda: 2)
     work = preparing(HANGS, folder)
     work.want([IMAGES, QUESTIONS])
     assert f"about {text} left" in work.text
