@@ -14,6 +14,7 @@ from model.rendering.raster import Raster
 from model.scene.clip_plane import ClipPlane
 from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs
+from model.scene.mask import Mask
 from model.scene.scene import LightDirection, Lighting, RendererName
 from model.scene.transfer_function import TransferFunction
 from model.scene.view import View
@@ -60,9 +61,15 @@ class Render:
     crop: CropBox | None = options.crop()
     mask: Path | None = option(
         None,
-        "Labels of the volume's grid, as 'File > Save mask' writes them: only voxels of labels "
-        "other than 0 are drawn.",
+        "Labels, as 'File > Save mask' writes them: only voxels of labels other than 0 are drawn. "
+        "Those of another grid are resampled.",
         metavar="MASK",
+    )
+    labels: str = option(
+        "",
+        "Which labels of the mask are drawn, by numbers or names. (default: all)",
+        metavar="LABEL,...",
+        show_default=False,
     )
     clip: ClipPlane | None = options.clip()
     samples: int | None = option(
@@ -141,14 +148,23 @@ class Render:
 
     def inputs(self, tf: TransferFunction, volume: Volume | None = None) -> SceneInputs:
         """Return the inputs of the image of a volume under a TF."""
-        from model.volume_files.masks import read_mask
-
         view = self.view or values.HOME_VIEW
         others = {"light": self.light, "crop": self.crop, "clip": self.clip}
-        mask = None
-        if self.mask is not None and volume is not None:
-            mask = read_mask(self.mask, volume)
+        mask = None if volume is None else self._mask_of(volume)
         return SceneInputs.of(view, tf, mask=mask, interpolates=self.interpolate, **others)
+
+    def _mask_of(self, volume: Volume) -> Mask | None:
+        from app.cli.console import warn
+        from model.volume_files.masks import read_labels
+
+        if self.mask is None:
+            if self.labels:
+                raise RenderError("Labels are those of a mask; give its file.", mask="FILE")
+            return None
+        found = read_labels(self.mask, volume)
+        if found.note:
+            warn(found.note)
+        return found.mask(found.named_by(self.labels) if self.labels else found.values)
 
     def _of_session(self, path: Path) -> Render:
         """Fill in what was left out from a session: volume, view, TF, light, crop, mask, legend."""

@@ -321,7 +321,9 @@ def _distance(point: QPointF, start: QPointF, end: QPointF) -> float:
 
 
 AWAY = 14  # distance from the place to the right and downwards, in pixels
-PIECE_TIP = "Show only what is connected to this place, or all but that; Ctrl+Z takes it back"
+PIECE_TIP = (
+    "Show only what is connected to this place (I), or all but that (X); Ctrl+Z takes it back"
+)
 EDGE = 4  # least distance from the canvas's edges, in pixels
 
 
@@ -342,7 +344,10 @@ class PlaceLabel(QFrame):
         self.setCursor(Qt.CursorShape.ArrowCursor)
         self.setAttribute(Qt.WidgetAttribute.WA_NoMousePropagation)
         self.text = QLabel()
-        self.text.setTextInteractionFlags(Qt.TextInteractionFlag.LinksAccessibleByMouse)
+        by = Qt.TextInteractionFlag
+        self.text.setTextInteractionFlags(by.LinksAccessibleByMouse | by.LinksAccessibleByKeyboard)
+        # By Tab: after a click on a link, keys are the image's again.
+        self.text.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self.text.linkActivated.connect(self._take)
         self.text.setToolTip(PIECE_TIP)
         finder.changed.connect(self.refresh)
@@ -398,7 +403,7 @@ class PlaceLabel(QFrame):
 
     def _take(self, link: str) -> None:
         """Show a piece alone, or cut it away."""
-        self._finder.take(self._finder.pieces[int(link[1:])], alone=link[0] == "a")
+        self._finder.take(int(link[1:]), alone=link[0] == "a")
 
     def eventFilter(self, _canvas: QObject, event: QEvent) -> bool:
         """Stay at the place when the canvas has another size."""

@@ -18,6 +18,9 @@ from model.scene.inputs import SceneInputs
 from model.scene.view import from_middle
 from model.scene.volume import Volume
 
+SEEKING = "What is connected to this place is still sought."
+NO_PIECE = "There is no piece to be taken. Click one in an image first."
+
 
 class PieceFinder(QObject):
     """Finds the pieces at the clicked place, in a thread of its own."""
@@ -46,8 +49,12 @@ class PieceFinder(QObject):
         volume = self._volume()
         return "" if volume is None else volume_text(piece.count, volume)
 
-    def take(self, piece: Piece, alone: bool) -> None:
-        """Show a piece alone, or all but it: an edit that can be undone."""
+    def take(self, number: int, alone: bool) -> None:
+        """Show a piece that was found alone, or all but it: an edit that can be undone."""
+        if number >= len(self.pieces):
+            self._say(SEEKING if self._call.is_awaited else NO_PIECE)
+            return
+        piece = self.pieces[number]
         try:
             mask = piece.left(self._state.mask_input.value, alone)
         except TfscopeError as error:

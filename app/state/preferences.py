@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import asdict, replace
@@ -162,6 +164,8 @@ def _set_aside(path: Path) -> str:
 
 PAUSE_MS = 300  # time after the first of some changes in a row before they are written
 MOST_RECENT = 10  # number of recent files of each kind, and of remembered models of a volume
+MASK_END = ".mask.nrrd"  # of a mask's file
+OLD_S = 30 * 24 * 3600  # seconds for which a mask is kept that another has replaced
 MOST_PLACES = 300  # number of paths of volumes that are remembered
 
 
@@ -203,8 +207,8 @@ class Preferences(QObject):
         self._settings = settings_file(folder)
         self.start_problem = self._settings.problem
         self._volumes: dict[str, KeptFile[VolumeMemory]] = {}
-        # By the names of their files; and what writes those that are new.
-        self._masks: dict[str, Mask] = {}
+        # By fingerprint, with the names of their files; and what writes those that are new.
+        self._masks: dict[str, tuple[str, Mask]] = {}
         self._new_masks: dict[str, Callable[[], None]] = {}
         self._has_failed = False
         self._pause = Pause(self, PAUSE_MS, self._write)
@@ -256,15 +260,13 @@ class Preferences(QObject):
         """Keep a volume's mask, to be written soon; return what a memory says of it."""
         if mask is None:
             return ""
-        name = f"{_name(fingerprint)}.mask.nrrd"
-        if self._masks.get(name) != mask:
-            self._masks[name] = mask
-            if self.folder is not None:
-                # Imported here: a window opens before it reads or writes masks.
-                from model.volume_files.masks import write_mask
-
-                path = self.folder / "volumes" / name
-                self._new_masks[name] = partial(write_mask, path, mask, volume)
+        # Of its content: another window with the same volume has a file of its own.
+        content = hashlib.sha256(mask.bits).hexdigest()[:16]
+        name = f"{_name(fingerprint)}.{content}{MASK_END}"
+        self._masks[fingerprint] = name, mask
+        if self.folder is not None:
+            path = self.folder / "volumes" / name
+            self._new_masks[name] = partial(_write_mask, path, mask, volume)
             self._write_soon()
         return name
 
@@ -273,8 +275,9 @@ class Preferences(QObject):
 
         Raises :class:`TfscopeError` where its file cannot be read.
         """
-        if name in self._masks:
-            return self._masks[name]
+        for known, mask in self._masks.values():
+            if known == name:
+                return mask
         from model.volume_files.masks import read_mask
 
         return read_mask((self.folder or Path()) / "volumes" / name, volume) if name else None
@@ -353,6 +356,25 @@ class Preferences(QObject):
                 each()
 
         return write
+
+
+def _write_mask(path: Path, mask: Mask, volume: Volume) -> None:
+    """Write a volume's mask unless it is there, and remove those that were in its place long ago.
+
+    Others may be those of other windows.
+    """
+    # Imported here: a window opens before it reads or writes masks.
+    from model.volume_files.masks import write_mask
+
+    if path.exists():
+        path.touch()
+    else:
+        write_mask(path, mask, volume)
+    start = path.name.partition(".")[0]
+    for other in path.parent.glob(f"{start}.*{MASK_END.lstrip('.')}"):
+        with suppress(OSError):
+            if time.time() - other.stat().st_mtime > OLD_S:
+                other.unlink()
 
 
 def _first(text: str, others: tuple[str, ...]) -> tuple[str, ...]:

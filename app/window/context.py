@@ -70,13 +70,13 @@ def ask_for_place(
 ) -> Path | None:
     """Ask for a file to write; None if the user chooses none."""
     start = str(Path(context.preferences.settings.last_folder) / name)
-    chosen, _ = QFileDialog.getSaveFileName(context.window, title, start, filters)
+    chosen, kind = QFileDialog.getSaveFileName(context.window, title, start, filters)
     if not chosen:
         return None
     path = Path(chosen)
-    if path.suffix.lower() not in suffixes:
+    if not path.name.lower().endswith(suffixes):
         # Qt's dialog has asked about the file without the suffix only.
-        path = path.with_name(path.name + suffixes[0])
+        path = path.with_name(path.name + next((s for s in suffixes if s in kind), suffixes[0]))
         text = f"{path.name} exists. Replace it?"
         buttons = QMessageBox.StandardButton
         if path.exists() and QMessageBox.question(context.window, "Replace", text) != buttons.Yes:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import QObject
-from PySide6.QtWidgets import QInputDialog
 
 from app.controls import Action
 from app.engines.background import LatestCall, Pause
@@ -29,22 +28,23 @@ from app.window.context import (
 )
 from app.window.raw_dialog import RawDialog
 from app.window.sessions import Sessions
-from app.window.volume_dialogs import ContentsDialog, PropertiesDialog
+from app.window.volume_dialogs import ContentsDialog, LabelsDialog, PropertiesDialog
 from model.errors import TfscopeError, TransferFunctionError, VolumeError
 from model.networks.card import MODEL_FILE
+from model.scene.mask import Mask
 from model.scene.ranges import RangeChoice
 from model.scene.transfer_function import TransferFunction
 from model.scene.value_scale import ValueScale, values_at
-from model.scene.volume import Volume
 from model.sensitivity.result import NUMBER_SUFFIXES, SensitivityResult, save_numbers
 from model.volume_files.choice import Choice
-from model.volume_files.masks import mask_of, read_labels, write_mask
+from model.volume_files.masks import SUFFIXES as MASK_SUFFIXES
+from model.volume_files.masks import LabelMap, read_labels, write_mask
 from model.volume_files.raw import RawLayout
 
 TF_FILTER = "Transfer functions (*.json);;All files (*)"
 SENSITIVITY_FILTER = "Figures (*.png);;Arrays (*.npz);;Tables (*.csv)"
-MASK_FILTER = "Masks (*.nrrd);;All files (*)"
-RAW_SUFFIX, TF_SUFFIX, MASK_SUFFIX = ".raw", ".json", ".nrrd"
+MASK_FILTER = "NRRD (*.nrrd);;NIfTI (*.nii.gz *.nii)"
+RAW_SUFFIX, TF_SUFFIX = ".raw", ".json"
 
 KEY, VOLUME_OFFER, READING = "files", "volume of the model", "reading"
 """Keys of notices: of errors, of the offer of a model's volume, and of a volume that is read."""
@@ -69,7 +69,8 @@ class Files(QObject):
         self._replaced: Path | None = None  # volume that a model's own takes the place of
         self._slow = Pause(self, SLOW_MS, self._offer_cancel)
         self._reading = ""
-        self._labels = LatestCall("labels", self, self._show_labels, self._fail)
+        # Each call returns what is to be done in the window with what it read or wrote.
+        self._masks = LatestCall("masks", self, lambda go_on: go_on(), self._fail, at_once=True)
 
     def open(self, path: Path) -> None:
         """Open a file or folder as what it is: a volume, a model, a TF or a session."""
@@ -205,45 +206,52 @@ class Files(QObject):
         self._saved(save_figure if is_figure else save_numbers, path, result)
 
     def ask_for_mask(self) -> None:
-        """Ask for a file of labels, and show only voxels that have one: an edit."""
+        """Ask for a file of labels, and show only voxels of those that are chosen: an edit."""
         path = ask_for_file(self._context, "Open mask or labels", VOLUME_FILTER)
         if path is not None:
             self.open_mask(path)
 
     def open_mask(self, path: Path) -> None:
-        """Read labels in the background, and show only voxels that have one, or a chosen one."""
-        self._status.say(f"Reading {path.name} …")
-        self._labels.ask(partial(read_labels, path))
-
-    def _show_labels(self, read: tuple[Volume, list[float]]) -> None:
-        opened, (labels, values) = self._workspace.opened, read
+        """Read labels in the background, and ask which are shown if there is a choice."""
+        opened, present = self._workspace.opened, self._context.state.mask_input.value
         if opened is None:
             return
-        if len(values) > 1 and labels.dimensions == opened.volume.dimensions:
-            names = {label.value: label.name for label in labels.file.labels}
-            texts = [f"{value:g} {names.get(int(value), '')}".rstrip() for value in values]
-            texts = ["All", *texts]
-            chosen, is_chosen = QInputDialog.getItem(
-                self._window, "Open mask", "Label to show:", texts, editable=False
-            )
-            if not is_chosen:
-                return
-            values = [values[texts.index(chosen) - 1]] if chosen != "All" else values
-        try:
-            mask = mask_of(labels, values, opened.volume)
-        except TfscopeError as error:
-            self._fail(str(error))
-        else:
-            self._context.state.mask_input.set(mask, f"open {labels.name}")
-            self._status.say(f"{labels.name} is the mask.")
+        self._status.say(f"Reading {path.name} …")
+
+        def read() -> Callable[[], object]:
+            labels = read_labels(path, opened.volume)
+            if len(labels.values) > 1 or labels.note:
+                return partial(self._ask_for_labels, labels, labels.shown_by(present))
+            return partial(self._show_labels, labels, labels.values)
+
+        self._masks.ask(read)
+
+    def _ask_for_labels(self, labels: LabelMap, shown: Collection[float]) -> None:
+        LabelsDialog(labels, shown, partial(self._show_labels, labels), self._window).open()
+
+    def _show_labels(self, labels: LabelMap, chosen: Collection[float]) -> None:
+        def make() -> Callable[[], object]:
+            return partial(self._take_mask, labels, len(chosen), labels.mask(chosen))
+
+        self._masks.ask(make)
+
+    def _take_mask(self, labels: LabelMap, count: int, mask: Mask | None) -> None:
+        self._context.state.mask_input.set(mask, f"open {labels.name}")
+        of_all = f"{count} of {len(labels.values)} labels of " if len(labels.values) > 1 else ""
+        self._status.say(f"Only {of_all}{labels.name} {'are' if of_all else 'is'} shown.")
 
     def save_mask(self) -> None:
         """Ask for a file and write the mask to it."""
         opened, mask = self._workspace.opened, self._context.state.mask_input.value
-        name = proposed_name(self._context, "volume", f".mask{MASK_SUFFIX}")
-        path = ask_for_place(self._context, "Save mask", MASK_FILTER, (MASK_SUFFIX,), name)
+        name = proposed_name(self._context, "volume", f".mask{MASK_SUFFIXES[0]}")
+        path = ask_for_place(self._context, "Save mask", MASK_FILTER, MASK_SUFFIXES, name)
         if path is not None and opened is not None and mask is not None:
-            self._saved(write_mask, path, mask, opened.volume)
+
+            def write() -> Callable[[], object]:
+                write_mask(path, mask, opened.volume)
+                return partial(self._status.say, f"Saved {path.absolute()}.")
+
+            self._masks.ask(write)
 
     def _saved(self, save: Callable[..., object], path: Path, *content: object) -> bool:
         """Write a file, and say so; return False, and say why, if that fails."""
@@ -256,9 +264,9 @@ class Files(QObject):
         return True
 
     def join(self) -> None:
-        """Wait until nothing is read any more."""
-        self._labels.stop()
-        self._labels.join()
+        """Wait until no mask is read or written any more."""
+        self._masks.stop()
+        self._masks.join()
 
     def ask_for_content(self) -> None:
         """List what the open volume's file holds, to choose from."""
@@ -319,7 +327,7 @@ class Files(QObject):
     def start_volume(self) -> None:
         """Ask which of a file's volumes to show, and say where a model is of another volume."""
         # Labels that are read were meant for the volume before.
-        self._labels.forget()
+        self._masks.forget()
         opened = self._workspace.opened
         if opened is not None and (self._choice is None or self._choice[0] != opened.path):
             self.ask_for_content()

@@ -161,6 +161,7 @@ class MainWindow(WindowParts):
         self.workspace.join()
         self.saving.join()
         self.files.join()
+        self.sessions.join()
         self.preferences.finish()
         event.accept()
 

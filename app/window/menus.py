@@ -317,6 +317,9 @@ class Menus:
         )  # fmt: skip
         slices = window.slices
         self._add(menu, "S&lices", slices.toggle, "S", is_on=lambda: slices.is_shown)
+        pieces = workspace.pieces
+        self._add(menu, "Isolate pie&ce", partial(pieces.take, 0, alone=True), "I")
+        self._add(menu, "Cut piece awa&y", partial(pieces.take, 0, alone=False), "X")
         self._add(
             menu, "Show all &voxels", state.show_all_voxels,
             is_there=lambda: state.mask_input.value is not None,

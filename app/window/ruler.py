@@ -20,29 +20,32 @@ NOTHING = "Nothing shows there; click on something that does."
 
 
 class Ruler(QObject):
-    """Takes two clicks in an image while it is on; the overlays show the line between them."""
+    """Takes two clicks in an image while it is on; the overlays show the line between them.
+
+    It stays until Escape, or the first click of another one.
+    """
 
     def __init__(self, context: Context, overlays: Overlays) -> None:
         super().__init__(context.window)
         self._context, self._overlays = context, overlays
         self.is_on = self._took = False
+        self._first: tuple[Triple, ...] = ()
         for pane in context.panes:
             pane.canvas.installEventFilter(self)
 
     def toggle(self) -> None:
-        """Measure a distance, in place of the one that is shown; or no longer."""
+        """Measure a distance, or no longer."""
         if self.end() or self._context.workspace.opened is None:
             return
-        self.is_on = True
+        self.is_on, self._first = True, ()
         self._context.sensitivity.set_tool(None)
-        self._show(())
         self._context.status.say(FIRST)
 
     def end(self) -> bool:
         """End what is measured; return False if there is nothing to be ended."""
         was_on, self.is_on = self.is_on, False
         if was_on:
-            self._show(())
+            self._show(() if self._first else self._overlays.subject.line)
         return was_on
 
     def remove(self) -> bool:
@@ -86,8 +89,8 @@ class Ruler(QObject):
         if not found:
             say(NOTHING)
             return
-        line = (*subject.line, found[0][0])
-        self.is_on = len(line) < 2
+        line = (*self._first, found[0][0])
+        self.is_on, self._first = not self._first, line[:1]
         self._show(line)
         say(SECOND if self.is_on else f"Distance: {subject.scale.length_text(*line)}")
 

@@ -9,6 +9,7 @@ from pathlib import Path
 from PySide6.QtCore import QObject
 
 from app.controls import Action
+from app.engines.background import LatestCall
 from app.state.opened_volume import OpenedVolume
 from app.state.session import (
     SUFFIX,
@@ -54,6 +55,8 @@ class Sessions(QObject):
         self._before_path = None if folder is None else folder / BEFORE
         self._awaited: tuple[Path, Session] | None = None
         self._is_before_kept = False
+        self._masks = LatestCall("session", self, lambda _: None, self._fail, at_once=True)
+        self.join = self._masks.join
 
     def ask_and_save(self) -> None:
         """Ask for a file and write what is shown to it."""
@@ -80,13 +83,13 @@ class Sessions(QObject):
         self._context.status.say(f"Saved {path.absolute()}.")
 
     def _save(self, session: Session, path: Path, mask: Mask | None, volume: Volume) -> None:
-        """Write a session, and next to it its mask."""
+        """Write a session, and next to it its mask, which takes a while if it is large."""
         name = "" if mask is None else f"{path.stem}.mask.nrrd"
-        if mask is not None:
-            write_mask(path.with_name(name), mask, volume)
         content = session.content
         content = replace(content, memory=replace(content.memory, mask=name))
         replace(session, content=content).save(path)
+        if mask is not None:
+            self._masks.ask(partial(write_mask, path.with_name(name), mask, volume))
 
     def session(self) -> Session | None:
         """Return what is shown; None without a volume."""
@@ -120,6 +123,7 @@ class Sessions(QObject):
 
     def open(self, path: Path, volume: Path | None = None) -> None:
         """Open a session; its volume is where it says, or at another path."""
+        self.join()
         try:
             session = Session.load(path)
         except SessionError as error:

@@ -1,11 +1,13 @@
-"""Dialogs about the open volume: what else its file holds, and all that is known of it."""
+"""Dialogs about the open volume: what its file holds, which labels show, and all that is known."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
+from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import Qt
+from PySide6.QtGui import QColor, QIcon, QPixmap
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QComboBox,
@@ -16,6 +18,8 @@ from PySide6.QtWidgets import (
     QHeaderView,
     QLabel,
     QLineEdit,
+    QListWidget,
+    QListWidgetItem,
     QPushButton,
     QScrollArea,
     QTableWidget,
@@ -30,6 +34,7 @@ from model.scene.volume import ChoiceKind, Content, Volume
 from model.volume_files.checks import readable_size, times
 from model.volume_files.choice import Choice, describe
 from model.volume_files.grid import typed_spacing, typed_stretch
+from model.volume_files.masks import LabelMap
 
 TITLES: dict[ChoiceKind, str] = {
     "series": "Series",
@@ -40,6 +45,8 @@ TITLES: dict[ChoiceKind, str] = {
 }
 LISTED = ("series", "array")  # kinds whose contents differ in size: each has a row of its own
 
+_CHECKS = Qt.CheckState.Unchecked, Qt.CheckState.Checked
+SWATCH = 14  # side of a label's colour, in pixels
 MARGINS = 16, 14, 16, 14
 COLUMNS = ("Name", "Voxels", "Type", "Size")
 MOST_ROWS = 12  # rows of a table that are seen at once
@@ -161,6 +168,68 @@ class ContentsDialog(QDialog):
         self.accept()
         if not is_shown:
             self._open(choice)
+
+
+class LabelsDialog(QDialog):
+    """Lists the labels of a mask's file, and asks which of them to show."""
+
+    def __init__(
+        self,
+        labels: LabelMap,
+        shown: Collection[float],
+        show: Callable[[list[float]], object],
+        parent: QWidget | None = None,
+    ) -> None:
+        super().__init__(parent)
+        self._show, self._values = show, labels.values
+        self.setWindowTitle(f"Labels of {labels.name}")
+        self.list = QListWidget()
+        self.list.setAccessibleName("Labels to show")
+        for value in labels.values:
+            number, *name = labels.names(value)
+            item = QListWidgetItem(f"{name[0]} ({number})" if name else number, self.list)
+            item.setCheckState(_CHECKS[value in shown])
+            if color := labels.label(value).color:
+                swatch = QPixmap(SWATCH, SWATCH)
+                swatch.fill(QColor.fromRgbF(*color))
+                item.setIcon(QIcon(swatch))
+        buttons, role = QDialogButtonBox(), QDialogButtonBox.ButtonRole
+        for text, is_on in (("&All", True), ("&None", False)):
+            button = buttons.addButton(text, role.ActionRole)
+            button.setAutoDefault(False)
+            clicked(button, partial(self._check_all, is_on))
+        self.show_button = buttons.addButton("&Show", role.AcceptRole)
+        buttons.addButton(QDialogButtonBox.StandardButton.Cancel)
+        self.show_button.setDefault(True)
+        note = label(labels.note, "dim")
+        note.setWordWrap(True)
+        note.setVisible(bool(labels.note))
+        parts = QLabel("Only voxels of these labels are shown:"), self.list, note, buttons
+        fill(QVBoxLayout(self), *parts, margins=MARGINS, spacing=12)
+        self.list.itemChanged.connect(lambda _: self._offer())
+        buttons.accepted.connect(self._accept)
+        buttons.rejected.connect(self.reject)
+        self.finished.connect(self.deleteLater)
+        self.resize(420, 460)
+        self._offer()
+
+    @property
+    def chosen(self) -> list[float]:
+        """The labels that are checked."""
+        items = map(self.list.item, range(self.list.count()))
+        checks = (item.checkState() == Qt.CheckState.Checked for item in items)
+        return [value for value, is_on in zip(self._values, checks, strict=True) if is_on]
+
+    def _check_all(self, is_on: bool) -> None:
+        for row in range(self.list.count()):
+            self.list.item(row).setCheckState(_CHECKS[is_on])
+
+    def _offer(self) -> None:
+        self.show_button.setEnabled(bool(self.chosen))
+
+    def _accept(self) -> None:
+        self.accept()
+        self._show(self.chosen)
 
 
 def _size_label(contents: list[Content]) -> QLabel:

@@ -1,28 +1,189 @@
-"""Masks in files: label volumes of the same grid, as segmentation programs read and write them."""
+"""Masks in files: labels, as segmentation programs read and write them, of which some are shown."""
 
 from __future__ import annotations
 
 import gzip
 from collections.abc import Collection
+from dataclasses import dataclass
+from math import isclose
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from model.errors import TfscopeError, VolumeError, os_errors_as
 from model.files import write_atomically
+from model.scene.distribution import Distribution
 from model.scene.mask import Mask
-from model.scene.volume import Volume
+from model.scene.volume import Label, Volume
 from model.volume_files import read_volume
 from model.volume_files.checks import times
+from model.volume_files.grid import METRES, is_space
 
+SUFFIXES = (".nrrd", ".nii.gz", ".nii")  # of files that are written
 MOST_LABELS = 4096  # different values that a file of labels may have
+MOST_COUNTED = 1 << 16  # difference of values up to which each is counted, which is faster
+MOST_NAMED = 12  # of them that an error names
+ALIKE = 0.5  # voxels by which two grids may be apart that count as the same
+WIDEST = 1 << 15  # voxels along an axis from which on NIfTI-1 has no number for them
+
+
+@dataclass(frozen=True, eq=False)
+class LabelMap:
+    """Labels of a file, on the grid of a volume."""
+
+    name: str
+    voxels: NDArray[np.generic]  # (nz, ny, nx), 0 where there is no label
+    values: tuple[float, ...]  # of the labels that there are
+    named: tuple[Label, ...] = ()  # those that the file names or colours
+    note: str = ""  # how they came onto the volume's grid, if they were on another
+
+    def label(self, value: float) -> Label:
+        """Return what the file says of a value."""
+        return next((each for each in self.named if isclose(each.value, value)), Label(int(value)))
+
+    def names(self, value: float) -> list[str]:
+        """Return a label's number in the file, and its name if it has one."""
+        label = self.label(value)
+        return [f"{value if label.number is None else label.number:g}", *filter(None, [label.name])]
+
+    def named_by(self, text: str) -> list[float]:
+        """Return the labels that numbers and names with commas between them say, or refuse it."""
+        known = {value: self.names(value) for value in self.values}
+        found = list[float]()
+        for word in filter(None, map(str.strip, text.split(","))):
+            fits = [v for v, names in known.items() if word.lower() in map(str.lower, names)]
+            if not fits:
+                there = [" ".join(names) for names in known.values()]
+                there[MOST_NAMED:] = ["…"] * (len(there) > MOST_NAMED)
+                raise TfscopeError(f"{self.name} has no label '{word}'; it has {', '.join(there)}.")
+            found += fits
+        return found
+
+    def mask(self, shown: Collection[float]) -> Mask | None:
+        """Return the mask that shows some labels; None shows all voxels."""
+        return Mask.of(np.isin(self.voxels, np.array([*shown], dtype=self.voxels.dtype)))
+
+    def shown_by(self, mask: Mask | None) -> Collection[float]:
+        """Return the labels of which a mask shows something; all where it shows none of them."""
+        if mask is None:
+            return self.values
+        found = _values(self.voxels[mask.shown])
+        return [float(value) for value in found if value != 0] or self.values
+
+
+def read_labels(path: Path, volume: Volume) -> LabelMap:
+    """Read labels for a volume; those of another grid are resampled, and a note says so.
+
+    Raises :class:`TfscopeError` for a file that has no labels, or whose grid is not known to lie
+    where the volume does.
+    """
+    labels = read_volume(path)
+    voxels, note = _on_grid(labels, volume)
+    values = _values(voxels)
+    if len(values) > MOST_LABELS:
+        raise VolumeError(
+            f"{path}: the file has {len(values):,} different values, which are no labels; "
+            "choose a mask or a volume of labels."
+        )
+    found = tuple(float(value) for value in values if value != 0)
+    return LabelMap(labels.name, voxels, found, labels.file.labels, note)
+
+
+def _values(voxels: NDArray[np.generic]) -> NDArray[np.generic]:
+    """Return the different values that voxels have, in increasing order."""
+    counted = Distribution(voxels.reshape(1, -1))
+    is_counted = voxels.dtype.kind in "iu" and np.ptp(counted.range) < MOST_COUNTED
+    return counted.frequencies[0] if is_counted and voxels.size else np.unique(voxels)
+
+
+def read_mask(path: Path, volume: Volume) -> Mask | None:
+    """Read the mask of a volume that shows a file's labels but 0; None shows all voxels."""
+    labels = read_labels(path, volume)
+    return labels.mask(labels.values)
+
+
+def _on_grid(labels: Volume, volume: Volume) -> tuple[NDArray[np.generic], str]:
+    """Return the label at each voxel of a volume, and what was done to find it.
+
+    Where both files say how their grids lie in one space, that is the nearest; else the grids must
+    have the same size.
+    """
+    is_alike = labels.dimensions == volume.dimensions
+    there, here = (_frame(each) for each in (labels, volume))
+    spaces = {is_space(each.file.space) or each.file.space for each in (labels, volume)}
+    if there is None or here is None or len(spaces) > 1:
+        if is_alike:
+            return labels.voxels, ""
+        raise TfscopeError(
+            f"{labels.name} has {times(labels.dimensions)} voxels and {volume.name} "
+            f"{times(volume.dimensions)}, and the files do not say how these lie in one space; "
+            "resample the mask to the volume's grid."
+        )
+    # From numbers of the volume's voxels to those of the labels, as a homogeneous matrix.
+    change = np.linalg.inv(there) @ here
+    corners = np.array(list(np.ndindex(2, 2, 2))) * (np.array(volume.dimensions) - 1)
+    found = corners @ change[:3, :3].T + change[:3, 3]
+    if is_alike and np.abs(found - corners).max() < ALIKE:
+        return labels.voxels, ""
+    from scipy.ndimage import affine_transform
+
+    backwards, shape = change[:3, :3][::-1, ::-1], volume.voxels.shape
+    voxels = affine_transform(
+        labels.voxels, backwards, change[2::-1, 3], shape, order=0, mode="grid-constant"
+    )
+    if voxels.any():
+        where = "lies elsewhere" if is_alike else "is another one"
+        return voxels, f"The grid of {labels.name} {where}, so each voxel takes the nearest label."
+    if is_alike:
+        return labels.voxels, (
+            f"The files say that {labels.name} lies elsewhere than {volume.name}. As both have as "
+            "many voxels, each takes the label of the same number."
+        )
+    raise TfscopeError(
+        f"{labels.name} has no label where {volume.name} lies; choose a mask of this volume."
+    )
+
+
+def _frame(volume: Volume) -> NDArray[np.float64] | None:
+    """Homogeneous matrix (4, 4) from numbers of voxels along x, y and z to the file's space.
+
+    The space is RAS in metres where the file names a patient's; None where the file is silent.
+    """
+    facts = volume.file
+    if not facts.directions:
+        return None
+    frame = np.eye(4)
+    steps = np.array(volume.spacing) / (1, 1, facts.stretch)
+    frame[:3, :3], frame[:3, 3] = np.array(facts.directions).T * steps, volume.origin
+    if is_space(facts.space):
+        to_ras = np.zeros((4, 4))
+        for k, letter in enumerate(facts.space):
+            to_ras["RLAPSI".index(letter) // 2, k] = 1 if letter in "RAS" else -1
+        to_ras[3, 3] = 1
+        frame = to_ras @ frame
+    frame[:3] *= METRES.get(facts.spacing_unit.lower(), METRES["mm"])
+    return frame if abs(np.linalg.det(frame[:3, :3])) > 0 else None
 
 
 def write_mask(path: Path, mask: Mask, volume: Volume) -> None:
-    """Write a mask of a volume as NRRD labels, 1 where it shows something, whole or not at all.
+    """Write a mask of a volume as labels, 1 where it shows something, whole or not at all.
 
-    The file's grid is the volume's. Raises :class:`TfscopeError` where it cannot be written.
+    The file's grid is the volume's; it is NIfTI by its name, else NRRD. Raises
+    :class:`TfscopeError` where it cannot be written.
     """
+    what, name = f"{path}: the mask cannot be written", path.name.lower()
+    with os_errors_as(TfscopeError, what, "choose another place"):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        if name.endswith((".nii", ".nii.gz")):
+            content = _nifti(mask, volume)
+            write_atomically(path, gzip.compress(content, 1) if name.endswith(".gz") else content)
+        else:
+            write_atomically(path, _nrrd_head(volume) + gzip.compress(mask.shown.tobytes(), 1))
+
+
+def _nrrd_head(volume: Volume) -> bytes:
     facts, unit = volume.file, f'"{volume.file.spacing_unit}"'
     axes = np.array(facts.directions or np.eye(3)) * np.array(volume.spacing)[:, None]
     vectors = [f"({','.join(map(repr, vector))})" for vector in (*axes.tolist(), volume.origin)]
@@ -40,37 +201,23 @@ def write_mask(path: Path, mask: Mask, volume: Volume) -> None:
         "Segment0_LabelValue:=1",
         "Segment0_Name:=shown",
     ]
-    what, head = f"{path}: the mask cannot be written", "\n".join(lines).encode()
-    with os_errors_as(TfscopeError, what, "choose another place"):
-        path.parent.mkdir(parents=True, exist_ok=True)
-        write_atomically(path, head + b"\n\n" + gzip.compress(mask.shown.tobytes(), 1))
+    return "\n".join(lines).encode() + b"\n\n"
 
 
-def read_labels(path: Path) -> tuple[Volume, list[float]]:
-    """Read a volume of labels, and list them but 0; raise :class:`TfscopeError` for none."""
-    volume = read_volume(path)
-    values = np.unique(volume.voxels)
-    if len(values) > MOST_LABELS:
-        raise VolumeError(
-            f"{path}: the file has {len(values):,} different values, which are no labels; "
-            "choose a mask or a volume of labels."
-        )
-    return volume, [float(value) for value in values if value != 0]
+def _nifti(mask: Mask, volume: Volume) -> bytes:
+    import nibabel
 
-
-def read_mask(path: Path, volume: Volume) -> Mask | None:
-    """Read the mask of a volume that shows a file's labels but 0; None shows all voxels."""
-    return mask_of(*read_labels(path), volume)
-
-
-def mask_of(labels: Volume, shown: Collection[float], volume: Volume) -> Mask | None:
-    """Return the mask of a volume that shows some labels; None shows all voxels.
-
-    Raises :class:`TfscopeError` for labels of another grid.
-    """
-    if labels.dimensions != volume.dimensions:
-        raise TfscopeError(
-            f"{labels.name} has {times(labels.dimensions)} voxels and {volume.name} "
-            f"{times(volume.dimensions)}; resample the mask to the volume's grid."
-        )
-    return Mask.of(np.isin(labels.voxels, np.array([*shown], dtype=labels.voxels.dtype)))
+    kind: Any = nibabel.Nifti1Image if max(mask.shape) < WIDEST else nibabel.Nifti2Image
+    image = kind(mask.shown.T.view(np.uint8), None)
+    header, metres = image.header, METRES.get(volume.file.spacing_unit.lower())
+    # In millimetres, as NIfTI has few units.
+    in_mm = 1.0 if metres is None else metres / METRES["mm"]
+    header.set_zooms(np.array(volume.spacing) * in_mm)
+    header.set_xyzt_units("unknown" if metres is None else "mm")
+    header.set_intent("label")
+    frame = _frame(volume)
+    if frame is not None and is_space(volume.file.space):
+        frame[:3] /= METRES["mm"]
+        image.set_qform(frame, "scanner")
+        image.set_sform(frame, "scanner")
+    return bytes(image.to_bytes())

@@ -143,7 +143,7 @@ def test_all_of_a_session_is_drawn(session, tmp_path):
     np.testing.assert_allclose(image, expected, atol=1e-6)
 
 
-def test_options_come_before_the_session(session, tmp_path):
+def test_options_come_before_the_session(session, tmp_path, capsys):
     kept = drawn(session, tmp_path / "kept.npy")
     same = drawn(session, tmp_path / "same.npy", "--view", "40,-10,5,0.8,0.1,0")
     home = drawn(session, tmp_path / "home.npy", "--view", "30,20,0,1")
@@ -152,8 +152,12 @@ def test_options_come_before_the_session(session, tmp_path):
     shown = np.ones(read_volume(Session.load(session).volume).voxels.shape, bool)
     shown[:, :, : shown.shape[2] // 2] = False
     write_mask(tmp_path / "half.nrrd", Mask.of(shown), read_volume(Session.load(session).volume))
-    half = drawn(session, tmp_path / "half.npy", "--mask", str(tmp_path / "half.nrrd"))
+    mask = "--mask", str(tmp_path / "half.nrrd"), "--labels"
+    half = drawn(session, tmp_path / "half.npy", *mask, "shown")
     assert np.abs(kept - half).max() > 0.05
+    out = "--out", str(tmp_path / "other.npy")
+    assert run(["render", "--session", str(session), *out, *mask, "other"]) != 0
+    assert "no label 'other'; it has 1 shown" in capsys.readouterr().err
     assert np.abs(kept - home).max() > 0.05
     assert np.abs(kept - unlit).max() > 0.05
 

@@ -4,14 +4,15 @@ import numpy as np
 import pytest
 import SimpleITK
 from mouse_events import LEFT
-from PySide6.QtCore import QPoint
+from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QFileDialog, QInputDialog
+from PySide6.QtWidgets import QFileDialog, QPushButton
 from rested_window import act_until, open_volume
 from window_fakes import PATIENCE_S
 
 from app.state.preferences import Preferences
 from app.window.main_window import MainWindow
+from app.window.volume_dialogs import LabelsDialog
 from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF, TransferFunction
 from model.scene.view import View
 from model.scene.volume import FileFacts, Volume
@@ -81,7 +82,15 @@ def test_a_piece_is_shown_alone_or_cut_away_and_each_is_one_edit(qtbot, window):
     assert undo.stack.undoText() == "isolate piece"
     undo.undo()
     assert shown(window) is None
-    click(qtbot, window, 0.58).text.linkActivated.emit("c0")
+    # By keys of the window, and by Tab from the image to the links.
+    label = click(qtbot, window, 0.58)
+    QTest.keyClick(window, Qt.Key.Key_I)
+    assert shown(window) is not None and not is_left(shown(window))
+    undo.undo()
+    label = click(qtbot, window, 0.58)
+    label.text.setFocus(Qt.FocusReason.TabFocusReason)
+    for key in (Qt.Key.Key_Tab, Qt.Key.Key_Tab, Qt.Key.Key_Return):
+        QTest.keyClick(label.text, key)
     assert is_left(shown(window)) and shown(window)[0, 0, 0]
     # While guidance is off nothing is found; once it is back, that is made up for.
     click(qtbot, window, 0.42)
@@ -104,6 +113,7 @@ def test_a_mask_is_there_in_the_next_run_and_in_sessions(qtbot, window, builders
     click(qtbot, window, 0.42).text.linkActivated.emit("a0")
     mask, session = window.state.inputs.mask, tmp_path / "a.tfscope"
     window.sessions.save(session)
+    window.sessions.join()
     assert read_mask(tmp_path / "a.mask.nrrd", blocks()) == mask
     window.close()
     window = opened(qtbot, builders, tmp_path)
@@ -133,24 +143,61 @@ def test_masks_are_saved_and_opened(qtbot, window, tmp_path, monkeypatch):
     monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (path, ""))
     monkeypatch.setattr(QFileDialog, "getOpenFileName", lambda *_: (path, ""))
     window.files.save_mask()
+    qtbot.waitUntil(lambda: "Saved" in window.status.news)
     window.state.show_all_voxels()
     window.files.ask_for_mask()
     qtbot.waitUntil(lambda: window.state.inputs.mask == mask)
     assert window.state.edits.stack.undoText() == "open mask"
-    # Of several labels one is chosen, or all.
+
+
+def test_labels_of_a_file_are_chosen(qtbot, window, tmp_path):
     labels = np.zeros((12, 12, 12), np.uint8)
-    labels[..., 4:8], labels[..., 8:] = 1, 2
-    for chosen, expected in (("2", labels == 2), ("All", labels > 0)):
-        answer = chosen, True
-        monkeypatch.setattr(QInputDialog, "getItem", lambda *_, answer=answer, **__: answer)
-        open_labels(window, tmp_path / "labels.nrrd", labels)
-        qtbot.waitUntil(lambda expected=expected: (shown(window) == expected).all())
+    labels[..., 2:5], labels[..., 5:8], labels[..., 8:] = 1, 2, 3
+    first = asked(qtbot, window, tmp_path / "labels.nrrd", labels)
+    assert [first.list.item(row).text() for row in range(3)] == ["Left (1)", "2", "3"]
+    assert first.list.item(0).icon().pixmap(9).toImage().pixelColor(4, 4).name() == "#ff0000"
+    assert first.chosen == [1, 2, 3]
+    QTest.mouseClick(next(b for b in first.findChildren(QPushButton) if b.text() == "&None"), LEFT)
+    assert not first.show_button.isEnabled()
+    for row in (0, 2):
+        first.list.setCurrentRow(row)
+        QTest.keyClick(first.list, Qt.Key.Key_Space)
+    QTest.mouseClick(first.show_button, LEFT)
+    qtbot.waitUntil(lambda: window.state.inputs.mask is not None)
+    np.testing.assert_array_equal(shown(window), (labels == 1) | (labels == 3))
+    assert window.state.edits.stack.undoText() == "open labels"
+    assert window.status.news == "Only 2 of 3 labels of labels are shown."
+    # What is shown is checked the next time, and Escape changes nothing.
+    again = asked(qtbot, window, tmp_path / "labels.nrrd", labels)
+    assert again.chosen == [1, 3]
+    QTest.keyClick(again, Qt.Key.Key_Escape)
     # What is of another grid is said, and nothing is lost.
-    open_labels(window, tmp_path / "half.nrrd", labels[..., :6])
+    SimpleITK.WriteImage(SimpleITK.GetImageFromArray(labels[..., :6]), str(tmp_path / "half.nrrd"))
+    window.files.open_mask(tmp_path / "half.nrrd")
     qtbot.waitUntil(lambda: "half has 6 x 12 x 12 voxels" in window.notice.text)
-    np.testing.assert_array_equal(shown(window), labels > 0)
+    np.testing.assert_array_equal(shown(window), (labels == 1) | (labels == 3))
 
 
-def open_labels(window, path, labels):
-    SimpleITK.WriteImage(SimpleITK.GetImageFromArray(labels), str(path))
+def asked(qtbot, window, path, labels):
+    """The dialog on a file with labels, one of which has a name and a colour."""
+    image = SimpleITK.GetImageFromArray(labels)
+    for key, value in (("LabelValue", "1"), ("Name", "Left"), ("Color", "1 0 0")):
+        image.SetMetaData(f"Segment0_{key}", value)
+    SimpleITK.WriteImage(image, str(path))
     window.files.open_mask(path)
+    qtbot.waitUntil(lambda: any(d.isVisible() for d in window.findChildren(LabelsDialog)))
+    return next(d for d in window.findChildren(LabelsDialog) if d.isVisible())
+
+
+def test_two_windows_keep_a_mask_each(qtbot, window, builders, tmp_path):
+    other = opened(qtbot, builders, tmp_path)
+    click(qtbot, window, 0.42).text.linkActivated.emit("a0")
+    click(qtbot, other, 0.42).text.linkActivated.emit("c0")
+    masks = [each.state.inputs.mask for each in (window, other)]
+    for each in (window, other):
+        each.close()
+    files = sorted((tmp_path / "kept" / "volumes").glob("*.mask.nrrd"))
+    found = [read_mask(path, blocks()) for path in files]
+    assert len(found) == 2 and all(mask in found for mask in masks)
+    # The last one wins.
+    assert opened(qtbot, builders, tmp_path).state.inputs.mask == masks[1]

@@ -55,6 +55,10 @@ def test_two_clicks_measure_the_distance_of_what_shows_there(make_window):
     drag(canvas, QPoint(100, 100), QPoint(130, 100), QPoint(140, 100))
     assert state.view != view
     assert len(overlays.subject.line) == 2
+    # The line stays until there is another one, or Escape.
+    measure.trigger()
+    QTest.keyClick(window, Qt.Key.Key_Escape)
+    assert len(overlays.subject.line) == 2
     QTest.keyClick(window, Qt.Key.Key_Escape)
     assert overlays.subject.line == ()
 

@@ -1,4 +1,4 @@
-"""Masks in files, beside SimpleITK's reading of them."""
+"""Masks in files, as SimpleITK reads and writes them, which knows where grids lie."""
 
 import numpy as np
 import pytest
@@ -6,8 +6,8 @@ import SimpleITK
 
 from model.errors import TfscopeError
 from model.scene.mask import Mask
-from model.scene.volume import FileFacts, Volume
-from model.volume_files.masks import mask_of, read_labels, read_mask, write_mask
+from model.scene.volume import FileFacts, Label, Volume
+from model.volume_files.masks import LabelMap, read_labels, read_mask, write_mask
 
 TURNED = ((0.8, 0.6, 0.0), (-0.6, 0.8, 0.0), (0.0, 0.0, 1.0))
 SOME = np.random.default_rng(3).random((4, 5, 6)) < 0.4
@@ -19,14 +19,18 @@ def volume(space="", shape=(4, 5, 6)):
     return Volume(voxels, (0.5, 1.5, 2.0), (10.0, -20.0, 30.0), "scan", file=facts)
 
 
+@pytest.mark.parametrize("suffix", [".nrrd", ".nii", ".nii.gz"])
 @pytest.mark.parametrize("space", ["", "LPS", "RAS"])
-def test_a_mask_comes_back_and_lies_where_its_volume_lies(tmp_path, space):
-    path, mask = tmp_path / "mask.nrrd", Mask.of(SOME)
+def test_a_mask_comes_back_and_lies_where_its_volume_lies(tmp_path, space, suffix):
+    path, mask = tmp_path / f"mask{suffix}", Mask.of(SOME)
     write_mask(path, mask, volume(space))
     assert read_mask(path, volume(space)) == mask
     found = SimpleITK.ReadImage(str(path))
     np.testing.assert_array_equal(SimpleITK.GetArrayFromImage(found), SOME)
     np.testing.assert_allclose(found.GetSpacing(), (0.5, 1.5, 2.0), rtol=1e-6)
+    if suffix != ".nrrd" and not space:
+        # NIfTI has no place in a space without a name.
+        return
     # SimpleITK's space is LPS.
     signs = np.array([-1, -1, 1]) if space == "RAS" else np.ones(3)
     np.testing.assert_allclose(found.GetOrigin(), signs * (10.0, -20.0, 30.0), rtol=1e-6)
@@ -38,23 +42,62 @@ def test_a_mask_comes_back_and_lies_where_its_volume_lies(tmp_path, space):
 def test_a_mask_is_labels_of_which_some_are_shown(tmp_path, name):
     labels = np.random.default_rng(5).integers(0, 4, (4, 5, 6)).astype(np.int16)
     SimpleITK.WriteImage(SimpleITK.GetImageFromArray(labels), str(tmp_path / name))
-    found, values = read_labels(tmp_path / name)
-    assert values == [1, 2, 3]
+    found = read_labels(tmp_path / name, volume())
+    assert found.values == (1, 2, 3) and not found.note
     np.testing.assert_array_equal(read_mask(tmp_path / name, volume()).shown, labels > 0)
-    np.testing.assert_array_equal(mask_of(found, [1, 3], volume()).shown, labels % 2 == 1)
+    some = found.mask([1, 3])
+    np.testing.assert_array_equal(some.shown, labels % 2 == 1)
+    assert set(found.shown_by(some)) == {1, 3} and found.shown_by(None) == found.values
     with pytest.raises(TfscopeError, match="Nothing would be left"):
-        mask_of(found, [], volume())
+        found.mask([])
+
+
+def test_labels_are_named_as_the_file_names_them():
+    labels = LabelMap("organs", SOME, (1.0, 2.0, 3.0), (Label(1, "Liver"), Label(2, "", None, 700)))
+    assert labels.named_by("liver, 700") == [1, 2] and labels.named_by("3,1") == [3, 1]
+    with pytest.raises(TfscopeError, match="no label 'spleen'; it has 1 Liver, 700, 3"):
+        labels.named_by("liver,spleen")
+
+
+@pytest.mark.parametrize("turn", [(0, 1, 2), (2, 0, 1)])
+def test_labels_of_another_grid_are_resampled_where_they_lie(tmp_path, turn):
+    scan = volume("LPS", (12, 14, 16))
+    image = SimpleITK.GetImageFromArray(scan.voxels)
+    image.SetSpacing(scan.spacing)
+    image.SetOrigin(scan.origin)
+    image.SetDirection(np.array(TURNED).T.ravel().tolist())
+    # Coarser, cut, and its axes in another order.
+    coarse = np.random.default_rng(7).integers(0, 4, (7, 6, 9)).astype(np.uint8)
+    labels = SimpleITK.GetImageFromArray(coarse)
+    labels.SetSpacing((1.0, 2.1, 2.9))
+    labels.SetOrigin((11.0, -18.5, 33.0))
+    labels.SetDirection(np.array(TURNED).T[:, turn].ravel().tolist())
+    expected = SimpleITK.Resample(
+        labels, image, SimpleITK.Transform(), SimpleITK.sitkNearestNeighbor
+    )
+    for name in ("labels.nrrd", "labels.nii.gz"):
+        SimpleITK.WriteImage(labels, str(tmp_path / name))
+        found = read_labels(tmp_path / name, scan)
+        assert "each voxel takes the nearest label" in found.note
+        np.testing.assert_array_equal(found.voxels, SimpleITK.GetArrayFromImage(expected))
+    # Where no label lies, none is shown, unless the grids have one size.
+    labels.SetOrigin((1e3, 0.0, 0.0))
+    SimpleITK.WriteImage(labels, str(tmp_path / "far.nrrd"))
+    with pytest.raises(TfscopeError, match="far has no label where scan lies"):
+        read_labels(tmp_path / "far.nrrd", scan)
+    same = read_labels(tmp_path / "far.nrrd", volume("RAS", coarse.shape))
+    assert "as many voxels" in same.note and same.voxels.any()
 
 
 def test_what_is_no_mask_is_said(tmp_path):
     write_mask(tmp_path / "mask.nrrd", Mask.of(SOME), volume())
-    with pytest.raises(TfscopeError, match="mask has 6 x 5 x 4 voxels and scan 6 x 5 x 5"):
+    with pytest.raises(TfscopeError, match="mask has 6 x 5 x 4 voxels and scan 6 x 5 x 5, and the"):
         read_mask(tmp_path / "mask.nrrd", volume(shape=(5, 5, 6)))
     with pytest.raises(TfscopeError, match="no such file"):
         read_mask(tmp_path / "gone.nrrd", volume())
     scan = np.arange(20**3, dtype=np.float32).reshape(20, 20, 20)
     SimpleITK.WriteImage(SimpleITK.GetImageFromArray(scan), str(tmp_path / "scan.nrrd"))
     with pytest.raises(TfscopeError, match="8,000 different values, which are no labels"):
-        read_labels(tmp_path / "scan.nrrd")
+        read_labels(tmp_path / "scan.nrrd", volume(shape=(20, 20, 20)))
     with pytest.raises(TfscopeError, match="the mask cannot be written"):
         write_mask(tmp_path / "mask.nrrd" / "below.nrrd", Mask.of(SOME), volume())
