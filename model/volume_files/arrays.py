@@ -5,21 +5,20 @@ from __future__ import annotations
 import math
 import re
 import zipfile
-import zlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from model.errors import VolumeError, first_line
-from model.scene.volume import Content, FileFacts, Label, Triple
+from model.errors import VolumeError
+from model.scene.volume import Content, FileFacts, Label
 from model.volume_files.checks import (
     check_grid,
     check_present,
-    damaged,
+    errors_of,
     not_a,
     times,
     truncated,
@@ -41,7 +40,7 @@ from model.volume_files.conventions import (
     decoded,
     evened,
 )
-from model.volume_files.grid import Grid, in_one_unit, placed, proposed_stretch
+from model.volume_files.grid import Grid, in_one_unit, placed, proposed_stretch, usable_origin
 
 Index = tuple[int | slice, ...]
 
@@ -59,10 +58,11 @@ _AUXILIARY = re.compile(
 class StoredArray:
     """An array in a file, unread; its shape has the slowest axis first.
 
-    `read` takes an index or a slice for each axis. Attributes and coordinates have CF's names.
-    `spacing`, `origin` and `directions` are along x, y and z, where a program gives them by
-    themselves; row k of the directions points along axis k. `is_netcdf` says whether values that
-    were never written have NetCDF's default fill value.
+    `read` takes an index or a slice for each axis; masked voxels are missing. Attributes and
+    coordinates have CF's names; an axis ``"components"`` is none of space. `spacing`, `origin` and
+    `directions` are along x, y and z, where a program gives them by themselves; row k of the
+    directions points along axis k. `is_netcdf` says whether values that were never written have
+    NetCDF's default fill value, and `is_active` whether programs show this array first.
     """
 
     name: str
@@ -72,13 +72,14 @@ class StoredArray:
     axes: tuple[str, ...] = ()
     attributes: Mapping[str, Any] = field(default_factory=dict)
     coordinates: Coordinates = field(default_factory=dict)
-    spacing: tuple[float | None, float | None, float | None] | None = None
+    spacing: Sequence[float | None] | None = None
     unit: str = ""
-    origin: Triple = (0.0, 0.0, 0.0)
+    origin: Sequence[float] = (0.0, 0.0, 0.0)
     directions: NDArray[np.float64] | None = None
     notes: tuple[str, ...] = ()
     channels: tuple[str, ...] = ()
     is_netcdf: bool = False
+    is_active: bool = False
     is_labels: bool = False
     labels: tuple[Label, ...] = ()
 
@@ -104,26 +105,36 @@ def is_auxiliary(name: str) -> bool:
 
 
 def grid_of_arrays(
-    path: Path, arrays: Sequence[StoredArray], choice: Choice, file_format: str
+    path: Path,
+    arrays: Sequence[StoredArray],
+    choice: Choice,
+    file_format: str,
+    kind: Literal["array", "series"] = "array",
 ) -> Grid:
-    """Read the chosen array of a file, or the largest that is no mask or list of ids."""
+    """Read the chosen array of a file, or the largest that is no mask or list of ids.
+
+    Series are listed in the file's order.
+    """
     found = [(array, _roles(array)) for array in arrays if array.dtype.kind in "biufc"]
     usable = [(array, roles) for array, roles in found if roles]
     if not usable:
         raise _no_volume(path, arrays)
-    usable.sort(
-        key=lambda each: (
-            each[0].is_labels or is_auxiliary(each[0].name),
-            -math.prod(_dimensions(*each)),
-        )
-    )
+    usable_first = sorted(usable, key=_rank)
+    usable = usable_first if kind == "array" else usable
     names = [array.name for array, _ in usable]
-    number = chosen_index(path, "array", names, choice.array)
+    default = usable.index(usable_first[0])
+    number = chosen_index(path, kind, names, getattr(choice, kind), default)
     listed = tuple(
-        content("array", array.name, _dimensions(array, roles), array.dtype, k == number)
+        content(kind, array.name, _dimensions(array, roles), array.dtype, k == number)
         for k, (array, roles) in enumerate(usable)
     )
     return _grid(path, *usable[number], choice, file_format, listed if len(listed) > 1 else ())
+
+
+def _rank(each: tuple[StoredArray, _Roles]) -> tuple[bool, bool, int]:
+    """Sort key that puts what is shown by itself before the others."""
+    is_last = each[0].is_labels or is_auxiliary(each[0].name)
+    return is_last, not each[0].is_active, -math.prod(_dimensions(*each))
 
 
 def _no_volume(path: Path, arrays: Sequence[StoredArray]) -> VolumeError:
@@ -166,13 +177,17 @@ def _grid(
             fixed |= zip(axes, (int(k) for k in np.unravel_index(at, shape)), strict=True)
     values = array.read(tuple(fixed.get(k, slice(None)) for k in range(len(array.shape))))
     values = _in_order(values, [k for k in range(len(array.shape)) if k not in fixed], roles)
-    values, missing, notes = decoded(_plain(values), array.attributes, array.is_netcdf)
+    hidden: Any = np.ma.getmask(values)
+    values = _plain(np.ma.getdata(values))
+    values, missing, notes = decoded(values, array.attributes, array.is_netcdf)
+    if hidden is not np.ma.nomask:
+        missing = hidden if missing is None else missing | hidden
     if missing is not None and missing.ndim == 4:
         missing = np.asarray(missing.any(axis=-1))
     units = attribute_text(array.attributes, "units")
     grid = Grid(
         values,
-        origin=array.origin,
+        origin=usable_origin(array.origin),
         units="" if units == "1" else units,
         notes=array.notes + roles.notes + notes,
         missing=missing,
@@ -241,22 +256,23 @@ def _dimensions(array: StoredArray, roles: _Roles) -> tuple[int, int, int]:
 
 def _roles(array: StoredArray) -> _Roles | None:
     """Tell an array's axes apart, by their names or else by their order; None for no volume."""
-    long = [k for k, n in enumerate(array.shape) if n > 1]
-    if len(long) < 3:
-        return None
     is_named = len(array.axes) == len(array.shape)
     names = array.axes if is_named else ("",) * len(array.shape)
     axes = axes_of(names, array.coordinates)
+    long = [k for k, n in enumerate(array.shape) if n > 1]
+    components = next((k for k in long if axes[k].letter == "v"), None)
+    long = [k for k in long if k != components]
+    if len(long) < 3:
+        return None
     times = [k for k in long if axes[k].letter == "t"]
     channels = [k for k in long if axes[k].letter == "c"]
     if len(long) - len(times) - len(channels) < 3:
         # As the axes a, b and c of a crystal.
         channels = []
     rest = [k for k in long if k not in times and k not in channels]
-    components = None
-    if len(rest) > 3 and rest[-1] == long[-1] and axes[rest[-1]].letter not in ("x", "y", "z"):
-        small = array.shape[rest[-1]]
-        if small <= MOST_COMPONENTS and all(array.shape[k] > small for k in rest[-4:-1]):
+    if components is None and len(rest) > 3 and rest[-1] == long[-1]:
+        small, is_apart = array.shape[rest[-1]], axes[rest[-1]].letter not in ("x", "y", "z")
+        if is_apart and small <= min(MOST_COMPONENTS, *(array.shape[k] - 1 for k in rest[-4:-1])):
             components = rest.pop()
     notes: tuple[str, ...] = ()
     if len(rest) == 2 and times:
@@ -313,31 +329,26 @@ SUFFIXES = (".npy", ".npz")
 
 def read_numpy(path: Path, choice: Choice = LARGEST) -> Grid:
     """Read an array saved by NumPy, its last axis being x."""
-    try:
-        if path.suffix.lower() == ".npy":
-            data = np.load(path, mmap_mode="r", allow_pickle=False)
-            array = StoredArray(path.stem, data.shape, data.dtype, lambda k: np.array(data[k]))
-            return grid_of_arrays(path, [array], choice, "NumPy array")
-        with zipfile.ZipFile(path) as archive:
-            members = [info for info in archive.infolist() if info.filename.endswith(".npy")]
-            arrays = [_member(path, archive, info) for info in members]
-            return grid_of_arrays(path, arrays, choice, "NumPy archive")
-    except (OSError, MemoryError, VolumeError):
-        raise
-    except (zipfile.BadZipFile, zlib.error) as error:
-        with path.open("rb") as file:
-            is_archive = file.read(4) == b"PK\x03\x04"
-        if is_archive and not zipfile.is_zipfile(path):
-            raise truncated(path, "it lacks the list of its arrays, which is at the end") from None
-        raise damaged(path, first_line(error)) from None
-    except ValueError as error:
-        if "magic string" in str(error):
-            raise not_a(path, "an array saved by NumPy") from None
-        if "mmap length" in str(error):
-            raise truncated(path, "it is shorter than its head says") from None
-        raise damaged(path, f"NumPy says '{first_line(error)}'") from None
-    except Exception as error:
-        raise damaged(path, f"NumPy says '{first_line(error)}'") from None
+    with errors_of(path, "NumPy says '{}'"):
+        try:
+            if path.suffix.lower() == ".npy":
+                data = np.load(path, mmap_mode="r", allow_pickle=False)
+                array = StoredArray(path.stem, data.shape, data.dtype, lambda k: np.array(data[k]))
+                return grid_of_arrays(path, [array], choice, "NumPy array")
+            with zipfile.ZipFile(path) as archive:
+                members = [info for info in archive.infolist() if info.filename.endswith(".npy")]
+                arrays = [_member(path, archive, info) for info in members]
+                return grid_of_arrays(path, arrays, choice, "NumPy archive")
+        except (ValueError, zipfile.BadZipFile) as error:
+            with path.open("rb") as file:
+                is_archive = file.read(4) == b"PK\x03\x04"
+            if is_archive and not zipfile.is_zipfile(path):
+                raise truncated(path, "it lacks the list of its arrays, at its end") from None
+            if "magic string" in str(error):
+                raise not_a(path, "an array saved by NumPy") from None
+            if "mmap length" in str(error):
+                raise truncated(path, "it is shorter than its head says") from None
+            raise
 
 
 def _member(path: Path, archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> StoredArray:

@@ -9,6 +9,7 @@ import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import DTypeLike
@@ -29,6 +30,15 @@ def readable_size(count: int) -> str:
 def times(dimensions: Sequence[int]) -> str:
     """Format dimensions for display: ``"256 x 256 x 110"``."""
     return " x ".join(str(n) for n in dimensions)
+
+
+def number_of(value: Any) -> float | None:
+    """Return a finite number, also from a text; None for anything else."""
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        return None
+    return number if math.isfinite(number) else None
 
 
 def physical_memory() -> int | None:

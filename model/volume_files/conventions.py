@@ -30,6 +30,7 @@ _WORDS = {
     **dict.fromkeys(("plane", "planes", "slice", "slices", "plev", "alt", "pressure"), "z"),
     **dict.fromkeys(("frame", "frames"), "t"),
     **dict.fromkeys(("c", "ch", "channel", "channels", "band", "bands"), "c"),
+    "components": "v",
 }
 """Names of axes that cf_xarray does not know."""
 
@@ -45,8 +46,9 @@ DEFAULT_FILLS = {
 class Axis:
     """One axis of an array.
 
-    The letter is x, y, z, t for time, c for channels or empty. `numbers` are strictly monotonic
-    positions. `is_down` says whether those of a vertical axis grow downwards; None if unknown.
+    The letter is x, y, z, t for time, c for channels, v for components or empty. `numbers` are
+    strictly monotonic positions. `is_down` says whether those of a vertical axis grow downwards;
+    None if unknown.
     """
 
     name: str

@@ -20,6 +20,7 @@ from model.volume_files.arrays import StoredArray
 from model.volume_files.checks import damaged, unsupported
 from model.volume_files.conventions import attribute_number, attribute_numbers, attribute_text
 from model.volume_files.grid import unit_name
+from model.volume_files.vtk_images import VtkArray, image_arrays
 
 if TYPE_CHECKING:
     import h5py
@@ -279,30 +280,22 @@ def _open_pmd(path: Path, items: Items) -> list[StoredArray]:
 
 
 def _vtk(group: Any, items: Items) -> list[StoredArray]:
-    said = group.attrs
     spacing, origin, extent, direction = (
-        attribute_numbers(said, name) for name in ("Spacing", "Origin", "WholeExtent", "Direction")
+        attribute_numbers(group.attrs, name)
+        for name in ("Spacing", "Origin", "WholeExtent", "Direction")
     )
-    # Column k of the matrix is the direction of axis k.
-    axes = np.array(direction).reshape(3, 3).T if len(direction) == 9 else np.eye(3)
-    steps = np.array(spacing if len(spacing) == 3 else [1.0] * 3)
-    start = np.array(extent[::2] if len(extent) == 6 else [0.0] * 3)
     found = []
     for name, item in items.items():
-        in_cells = name.startswith("VTKHDF/CellData/")
-        if not (in_cells or name.startswith("VTKHDF/PointData/")) or item.ndim not in (3, 4):
-            continue
-        place = (start + in_cells / 2) * steps @ axes
-        place = place + np.array(origin if len(origin) == 3 else [0.0] * 3)
-        note = f"The values of '{item.name.rpartition('/')[2]}' belong to cells; each is a voxel."
-        found.append(
-            _stored(
-                name.rpartition("/")[2],
-                item,
-                spacing=tuple(spacing) if len(spacing) == 3 else None,
-                origin=tuple(place.tolist()),
-                directions=None if np.array_equal(axes, np.eye(3)) else axes,
-                notes=(note,) if in_cells else (),
-            )
-        )
-    return found
+        kind = re.match(r"VTKHDF/(Cell|Point)Data/", name)
+        if kind and item.ndim in (3, 4):
+            its_name = name.rpartition("/")[2]
+            read = partial(values_of, item)
+            found.append(VtkArray(its_name, kind[1] == "Cell", item.shape, item.dtype, read))
+    return image_arrays(
+        found,
+        extent[::2] if len(extent) == 6 else [0.0] * 3,
+        spacing if len(spacing) == 3 else None,
+        origin if len(origin) == 3 else [0.0] * 3,
+        # Column k of the matrix is the direction of axis k.
+        np.array(direction).reshape(3, 3).T if len(direction) == 9 else np.eye(3),
+    )

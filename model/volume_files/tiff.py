@@ -6,9 +6,10 @@ import math
 import re
 import struct
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,26 +17,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.errors import VolumeError, first_line
-from model.scene.volume import Content, FileFacts
+from model.volume_files.arrays import StoredArray, grid_of_arrays
 from model.volume_files.checks import (
     check_grid,
     check_present,
     damaged,
     log_of,
     not_a,
+    number_of,
     times,
     truncated,
     unsupported,
 )
-from model.volume_files.choice import (
-    LARGEST,
-    AskedKind,
-    Choice,
-    chosen,
-    chosen_index,
-    content,
-)
-from model.volume_files.grid import Grid, usable_spacing
+from model.volume_files.choice import LARGEST, Choice
+from model.volume_files.grid import Grid
 from model.volume_files.progress import counted
 from model.volume_files.tiff_scale import calibrated, channel_names, voxel_scale
 
@@ -44,6 +39,7 @@ if TYPE_CHECKING:
 
 SUFFIXES = (".tif", ".tiff", ".stk", ".lsm")
 MINISWHITE, PALETTE = 0, 3
+GDAL_NODATA = 42113
 
 _HARMLESS = re.compile(r"metadata> raised|subfiletype|GDAL_NODATA|OME series failed to read \d")
 """What tifffile warns of though the pixels are right."""
@@ -96,104 +92,49 @@ def opened_tiff(path: Path) -> Iterator[TiffFile]:
 def read_tiff(path: Path, choice: Choice = LARGEST) -> Grid:
     """Read a volume of a file; of several the largest, or the chosen one."""
     with opened_tiff(path) as tiff:
-        stacks = [stack_of(series) for series in all_series(tiff)]
-        volumes = [stack for stack in stacks if stack.is_volume]
+        series = all_series(tiff)
+        stacks = [stored(path, tiff, number, each) for number, each in enumerate(series)]
+        volumes = [stack for stack in stacks if min(dimensions_of(stack[0])) > 1]
         if not volumes:
-            raise _flat(path, stacks)
-        names = [channel_names(tiff, number, s.count("C")) for number, s in enumerate(stacks)]
-        channels = dict(zip(map(id, stacks), names, strict=True))
-        stack, index, listed = _chosen(path, volumes, choice, channels)
-        check_pages(path, stack)
-        values = read_stack(path, stack, index)
-        missing = _without_data(stack, values)
-        values, units, notes = calibrated(tiff, values)
-        scale = voxel_scale(tiff, stacks.index(stack))
-        spacing, spacing_notes = usable_spacing(scale.spacing)
-        notes += _kind_notes(tiff, stack)
+            raise _flat(path, [stack[0] for stack in stacks])
+        arrays = [array for stack in volumes for array in stack]
+        if len({array.name for array in arrays} - {""}) < len(arrays):
+            arrays = [replace(array, name=str(number)) for number, array in enumerate(arrays)]
+        form = _NAMES.get(series[0].kind, "TIFF")
+        grid = grid_of_arrays(path, arrays, choice, form, "series")
+        values, units, notes = calibrated(tiff, grid.values)
+        notes += grid.notes
         if len(volumes) < len(stacks):
             notes += (f"Flat images were left out: {len(stacks) - len(volumes)}.",)
-        return Grid(
-            values,
-            spacing,
-            units=units,
-            notes=notes + scale.notes + spacing_notes,
-            missing=missing,
-            facts=FileFacts(_NAMES.get(stack.series.kind, "TIFF"), scale.unit, contents=listed),
-        )
+        return replace(grid, values=values, units=units, notes=notes)
 
 
-def _flat(path: Path, stacks: list[Stack]) -> VolumeError:
+def _flat(path: Path, images: list[StoredArray]) -> VolumeError:
     """Return the error for a file without a volume."""
-    sizes = list(dict.fromkeys(times(stack.dimensions[:2]) for stack in stacks))
-    if len(stacks) > 1:
-        types = ", ".join(dict.fromkeys(str(stack.dtype) for stack in stacks))
+    sizes = list(dict.fromkeys(times(dimensions_of(image)[:2]) for image in images))
+    if len(images) > 1:
+        types = ", ".join(dict.fromkeys(str(image.dtype) for image in images))
         return VolumeError(
             f"{path}: its slices differ in size, type or storage ({', '.join(sizes[:4])} of "
             f"{types}); keep those of one volume together."
         )
     try:
-        check_grid(path, stacks[0].dimensions, stacks[0].dtype)
+        check_grid(path, dimensions_of(images[0]), images[0].dtype)
     except VolumeError as error:
         slices = sum(1 for other in path.parent.glob(f"*{path.suffix}") if other.name[0] != ".")
         if slices > 2:
             return VolumeError(
-                f"{path}: this is a flat image of {times(stacks[0].dimensions)} pixels, not a "
+                f"{path}: this is a flat image of {times(dimensions_of(images[0]))} pixels, not a "
                 f"volume; if it is one of the {slices} slices in its folder, open the folder."
             )
         return error
     return damaged(path, "it has no pages")
 
 
-def _chosen(
-    path: Path, volumes: list[Stack], choice: Choice, channels: dict[int, list[str]]
-) -> tuple[Stack, dict[int, int], tuple[Content, ...]]:
-    """Return the chosen stack, its volume's number along its other axes, and all contents."""
-    names, owners = _series(volumes)
-    sizes = [np.prod(stack.dimensions) for stack, _ in owners]
-    number = chosen_index(path, "series", names, choice.series, int(np.argmax(sizes)))
-    stack, index = owners[number]
-    index = dict(index)
-    listed: tuple[Content, ...] = tuple(
-        content("series", name, owner.dimensions, owner.dtype, each == number)
-        for each, (name, (owner, _)) in enumerate(zip(names, owners, strict=True))
-    )
-    listed = listed if len(listed) > 1 else ()
-    kinds: tuple[tuple[AskedKind, str, int | list[str]], ...]
-    kinds = ("time", "T", stack.count("T")), ("channel", "C", channels[id(stack)])
-    for kind, letter, names_or_count in kinds:
-        at, alike = chosen(path, kind, names_or_count, choice, stack.dimensions, stack.dtype)
-        index |= {k: at for k in stack.others if stack.axes[k] == letter}
-        listed += alike
-    return stack, index, listed
-
-
-def _series(volumes: list[Stack]) -> tuple[list[str], list[tuple[Stack, dict[int, int]]]]:
-    """List volumes apart from their time steps and channels, by name."""
-    owners: list[tuple[Stack, dict[int, int]]] = []
-    titles: list[str] = []
-    for stack in volumes:
-        apart = [k for k in stack.others if stack.axes[k] not in "TC"]
-        for place in np.ndindex(*(int(stack.series.shape[k]) for k in apart)):
-            owners.append((stack, dict(zip(apart, place, strict=True))))
-            titles.append(stack.series.name or "")
-    is_named = all(titles) and len(set(titles)) == len(titles)
-    return (titles if is_named else [str(k) for k in range(len(owners))]), owners
-
-
-def _without_data(stack: Stack, values: NDArray[np.generic]) -> NDArray[np.bool_] | None:
-    """Find the voxels of the value that GDAL's tag declares to be no data."""
-    try:
-        value = float(str(stack.series.keyframe.tags.valueof(42113)).strip("\0 "))
-    except ValueError:
-        return None
-    missing: NDArray[np.bool_] = values == value
-    return missing if missing.ndim == 3 and missing.any() else None
-
-
-def _kind_notes(tiff: TiffFile, stack: Stack) -> tuple[str, ...]:
+def _kind_notes(tiff: TiffFile, series: TiffPageSeries, depth: str) -> tuple[str, ...]:
     """Say what of the file is not shown as it may be meant, or is left out as it does not fit."""
     notes: tuple[str, ...] = ()
-    text, kind = tiff.pages.first.description or "", stack.series.kind
+    text, kind = tiff.pages.first.description or "", series.kind
     if "<OME" in text[:4096] and kind != "ome":
         notes += (
             "The file's OME header is damaged and left out: channels and times, if there are any, "
@@ -201,13 +142,13 @@ def _kind_notes(tiff: TiffFile, stack: Stack) -> tuple[str, ...]:
         )
     elif text.startswith("ImageJ=") and kind != "imagej":
         notes += ("ImageJ's description does not fit the file's images, which are read in order.",)
-    photometric = int(stack.series.keyframe.photometric)
+    photometric = int(series.keyframe.photometric)
     if photometric == MINISWHITE:
         notes += ("In this file 0 is white; the values are shown as stored, not inverted.",)
     if photometric == PALETTE:
         notes += ("The colours of the file's look-up table are left out; its indices are read.",)
-    if stack.depth is not None and stack.axes[stack.depth] in "TC":
-        what = {"T": "time steps", "C": "channels"}[stack.axes[stack.depth]]
+    if depth in ("T", "C"):
+        what = {"T": "time steps", "C": "channels"}[depth]
         notes += (f"The file calls its images {what}; they are taken for the slices of a volume.",)
     return notes
 
@@ -217,53 +158,6 @@ def _kind_notes(tiff: TiffFile, stack: Stack) -> tuple[str, ...]:
 GREATEST_RATIO = 1 << 14  # of pixels to their bytes in the file that is believed
 
 UNCOMPRESSED = 1
-
-
-@dataclass(frozen=True, eq=False)
-class Stack:
-    """A volume, or several of equal size, within a series of pages.
-
-    `depth` is the series' axis that is z, None for a flat image; along the others there are several
-    volumes: times, channels, positions.
-    """
-
-    series: TiffPageSeries
-    depth: int | None
-    others: tuple[int, ...]
-
-    @property
-    def axes(self) -> str:
-        """One letter for each of the series' axes, slowest first."""
-        return self.series.axes
-
-    @property
-    def dimensions(self) -> tuple[int, int, int]:
-        """Voxels along x, y and z."""
-        shape = self.series.shape
-        nz = 1 if self.depth is None else shape[self.depth]
-        return int(shape[self.axes.index("X")]), int(shape[self.axes.index("Y")]), int(nz)
-
-    @property
-    def samples(self) -> int:
-        """Number of values of each voxel."""
-        return int(self.series.shape[self.axes.index("S")]) if "S" in self.axes else 1
-
-    @property
-    def dtype(self) -> np.dtype[np.generic]:
-        """Type of the voxels once they are read, in native byte order."""
-        stored = np.dtype(self.series.dtype)
-        if stored.kind == "b":
-            return np.dtype(np.uint8)
-        return np.dtype(np.float32) if stored == np.float16 else stored.newbyteorder("=")
-
-    def count(self, letters: str) -> int:
-        """Return the number of volumes along the other axes of these letters."""
-        return math.prod(self.series.shape[k] for k in self.others if self.axes[k] in letters)
-
-    @property
-    def is_volume(self) -> bool:
-        """False for a flat image."""
-        return min(self.dimensions) > 1
 
 
 def all_series(tiff: TiffFile) -> list[TiffPageSeries]:
@@ -311,29 +205,79 @@ def _gathered(found: list[TiffPageSeries]) -> list[TiffPageSeries]:
     return [whole, *others]
 
 
-def stack_of(series: TiffPageSeries) -> Stack:
-    """Find which of a series' axes is z."""
+def stored(path: Path, tiff: TiffFile, number: int, series: TiffPageSeries) -> list[StoredArray]:
+    """Return the volumes of a series, or its flat images; times and channels are axes of each."""
     axes, shape = series.axes, series.shape
-    inner = {axes.find(letter) for letter in "YXS"}
-    outer = [k for k in range(len(axes)) if k not in inner and shape[k] > 1]
-    unnamed, times, channels = (
-        [k for k in reversed(outer) if axes[k] in letters]
-        for letters in (set(axes) - {*"TC"}, "T", "C")
-    )
-    named = [k for k in outer if axes[k] == "Z"]
-    depth = next(iter([*named, *unnamed, *times, *channels]), None)
-    return Stack(series, depth, tuple(k for k in outer if k != depth))
+    outer = [k for k in range(len(axes)) if axes[k] not in "YXS" and shape[k] > 1]
+    # Along z, else along what is neither time nor channel.
+    ranks = {"C": 0, "T": 1, "Z": 3}
+    depth = max(outer, key=lambda k: (ranks.get(axes[k], 2), k), default=None)
+    kept = [k for k in outer if k != depth and axes[k] in "TC"]
+    channels = math.prod(shape[k] for k in kept if axes[k] == "C")
+    kept += [k for k in outer if k == depth] + [axes.index(k) for k in "YXS" if k in axes]
+    apart = [k for k in outer if k not in kept]
+    names = {k: {"S": "components"}.get(axes[k], axes[k].lower()) for k in kept}
+    if depth is not None:
+        names[depth] = "z"
+    dtype: np.dtype[Any] = np.dtype(series.dtype).newbyteorder("=")
+    dtype = np.dtype({"?": "u1", "e": "f4"}.get(dtype.char, dtype))
+    scale = voxel_scale(tiff, number)
+    return [
+        StoredArray(
+            series.name or "",
+            tuple(int(shape[k]) for k in kept),
+            dtype,
+            partial(_read, path, series, dict(zip(apart, place, strict=True)), kept, dtype),
+            tuple(names.values()),
+            spacing=scale.spacing,
+            unit=scale.unit,
+            notes=_kind_notes(tiff, series, "" if depth is None else axes[depth]) + scale.notes,
+            channels=tuple(channel_names(tiff, number, channels)),
+        )
+        for place in np.ndindex(*(int(shape[k]) for k in apart))
+    ]
 
 
-def check_pages(path: Path, stack: Stack, flat: bool = False) -> None:
-    """Check that its folder has the bytes of a stack's pixels; a flat one may be a single slice."""
-    series = stack.series
+def dimensions_of(array: StoredArray) -> tuple[int, int, int]:
+    """Return the voxels of a volume or image along x, y and z."""
+    x, y, z = (array.shape[array.axes.index(k)] if k in array.axes else 1 for k in "xyz")
+    return x, y, z
+
+
+def _read(
+    path: Path,
+    series: Any,
+    apart: dict[int, int],
+    kept: list[int],
+    dtype: np.dtype[Any],
+    index: Sequence[int | slice],
+) -> NDArray[Any]:
+    """Read a volume slice by slice, or an image; what GDAL declares to be no data is masked."""
+    _check_pages(path, series)
+    place = {k: slice(None) if letter in "YXS" else 0 for k, letter in enumerate(series.axes)}
+    place |= {**apart, **dict(zip(kept, index, strict=True))}
+    whole = [k for k in kept if isinstance(place[k], slice)]
+    values: NDArray[Any] = np.empty([series.shape[k] for k in whole], dtype)
+    depth = whole[0] if series.axes[whole[0]] not in "YXS" else None
+    inner = sorted(whole if depth is None else whole[1:])
+    order = [inner.index(k) for k in whole if k != depth]
+    read = _plane_reader(series)
+    if depth is None:
+        values[...] = np.transpose(read(tuple(place.values())), order)
+        return values
+    for z in counted("slices read", range(len(values))):
+        values[z] = np.transpose(read(tuple((place | {depth: z}).values())), order)
+    nodata = number_of(str(series.keyframe.tags.valueof(GDAL_NODATA)).strip("\0 "))
+    missing = values == nodata
+    return np.ma.array(values, mask=missing) if values.ndim == 3 and missing.any() else values
+
+
+def _check_pages(path: Path, series: Any) -> None:
+    """Check that its folder has the bytes of a series' pixels."""
     if np.dtype(series.dtype).kind not in "biuf":
         raise unsupported(
             path, f"a TIFF of {series.dtype} voxels", "save its magnitude, for example in Fiji"
         )
-    if not flat:
-        check_grid(path, stack.dimensions, stack.dtype, stack.samples)
     folder = path.parent.resolve()
     pages: list[Any] = list(series.pages)
     for page in pages:
@@ -364,22 +308,6 @@ def check_pages(path: Path, stack: Stack, flat: bool = False) -> None:
         need = keyframe.size * keyframe.bitspersample // 8
         if sum(lengths) * (1 if is_plain else GREATEST_RATIO) < need:
             raise damaged(path, "a page has fewer pixels than its size says")
-
-
-def read_stack(path: Path, stack: Stack, index: Mapping[int, int]) -> NDArray[np.generic]:
-    """Read one volume of a stack, by its number along each of the other axes, slice by slice."""
-    nx, ny, nz = stack.dimensions
-    values = np.empty((nz, ny, nx, stack.samples), stack.dtype)
-    read = _plane_reader(stack.series)
-    inner = "".join(letter for letter in stack.axes if letter in "YXS")
-    order = [inner.index(letter) for letter in "YXS" if letter in inner]
-    for target, z in zip(values, counted("slices read", range(nz)), strict=True):
-        place = tuple(
-            slice(None) if letter in "YXS" else z if k == stack.depth else index.get(k, 0)
-            for k, letter in enumerate(stack.axes)
-        )
-        target[...] = np.transpose(read(place), order).reshape(target.shape)
-    return values if stack.samples > 1 else values[..., 0]
 
 
 def _plane_reader(series: Any) -> Callable[[tuple[Any, ...]], NDArray[Any]]:

@@ -9,26 +9,29 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from statistics import mode
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from model.errors import VolumeError
 from model.scene.volume import FileFacts
+from model.volume_files.arrays import StoredArray
 from model.volume_files.checks import check_grid, slices_in, times
 from model.volume_files.choice import LARGEST, Choice, chosen_index, content, contents
-from model.volume_files.grid import Grid, usable_spacing
+from model.volume_files.grid import Grid, placed
 from model.volume_files.progress import counted
 from model.volume_files.tiff import (
     SUFFIXES,
-    Stack,
-    check_pages,
+    dimensions_of,
     opened_tiff,
-    read_stack,
     read_tiff,
-    stack_of,
+    stored,
 )
-from model.volume_files.tiff_scale import calibrated, voxel_scale
+from model.volume_files.tiff_scale import calibrated
+
+if TYPE_CHECKING:
+    from tifffile import TiffFile
 
 _NUMBER = re.compile(r"-?\d+")
 MOST_LISTED = 12
@@ -44,41 +47,39 @@ def read_tiff_folder(folder: Path, slices: Sequence[Path], choice: Choice = LARG
     """Read one series of a folder: by the names of the files the longest, or the chosen one."""
     series = named_series(slices)
     with opened_tiff(series[0].files[0]) as tiff:
-        is_stack = len(tiff.series) == 1 and stack_of(tiff.series[0]).is_volume
+        is_stack = len(tiff.series) == 1 and min(dimensions_of(_first(tiff))) > 1
     if is_stack:
         return _one_of_stacks(folder, slices, choice)
     names = [each.name for each in series]
     number = chosen_index(folder, "series", names, choice.series)
     files = series[number].files
     with opened_tiff(files[0]) as tiff:
-        first = stack_of(tiff.series[0])
-        dtype, (nx, ny, _), samples = first.dtype, first.dimensions, first.samples
-        scale = voxel_scale(tiff, 0)
+        first = _first(tiff)
+        (nx, ny, _), samples = dimensions_of(first), _samples(first)
     listed = tuple(
-        content("series", other.name, (nx, ny, len(other.files)), dtype, each == number)
+        content("series", other.name, (nx, ny, len(other.files)), first.dtype, each == number)
         for each, other in enumerate(series if names[1:] else [])
     )
-    check_grid(folder, (nx, ny, len(files)), dtype, samples)
-    values: NDArray[np.generic] = np.empty((len(files), ny, nx, samples), dtype)
+    check_grid(folder, (nx, ny, len(files)), first.dtype, samples)
+    values: NDArray[np.generic] = np.empty((len(files), ny, nx, samples), first.dtype)
     units = ""
     notes: tuple[str, ...] = ()
     for z, path in enumerate(counted("slices read", files)):
         with opened_tiff(path) as tiff:
-            stack = stack_of(tiff.series[0])
-            _check_slice(path, files[0], stack, len(tiff.pages), ((nx, ny), dtype, samples))
-            plane, units, notes = calibrated(tiff, read_stack(path, stack, {}))
+            array = _first(tiff)
+            _check_slice(path, array, len(tiff.pages), files[0].name, first)
+            plane = array.read(tuple(slice(None) for _ in array.axes))
+            plane, units, notes = calibrated(tiff, plane)
             if plane.dtype != values.dtype:
                 values = values.astype(plane.dtype)
             values[z] = plane.reshape(values.shape[1:])
-    spacing, spacing_notes = usable_spacing(scale.spacing)
-    gaps = series[number].gap_notes
-    return Grid(
+    grid = Grid(
         values if samples > 1 else values[..., 0],
-        spacing,
         units=units,
-        notes=gaps + notes + scale.notes + spacing_notes,
-        facts=FileFacts("TIFF slices", scale.unit, contents=listed),
+        notes=series[number].gap_notes + notes + first.notes,
+        facts=FileFacts("TIFF slices", first.unit, contents=listed),
     )
+    return placed(grid, first.spacing)
 
 
 def _one_of_stacks(folder: Path, files: Sequence[Path], choice: Choice) -> Grid:
@@ -91,27 +92,33 @@ def _one_of_stacks(folder: Path, files: Sequence[Path], choice: Choice) -> Grid:
     return replace(grid, facts=replace(grid.facts, contents=listed + grid.facts.contents))
 
 
+def _first(tiff: TiffFile) -> StoredArray:
+    """Return the first volume or image of a file."""
+    return stored(Path(tiff.filehandle.path), tiff, 0, tiff.series[0])[0]
+
+
+def _samples(array: StoredArray) -> int:
+    return array.shape[-1] if array.axes[-1] == "components" else 1
+
+
 def _check_slice(
-    path: Path,
-    first: Path,
-    stack: Stack,
-    pages: int,
-    expected: tuple[tuple[int, int], np.dtype[np.generic], int],
+    path: Path, array: StoredArray, pages: int, first_name: str, first: StoredArray
 ) -> None:
     """Raise VolumeError if a file is no slice like the first one of its series."""
-    if pages != 1 or stack.dimensions[2] != 1 or stack.others:
+    if pages != 1 or {*array.axes} & {*"ztc"}:
         raise VolumeError(
-            f"{path}: this slice of a stack has {max(pages, stack.dimensions[2])} pages; "
+            f"{path}: this slice of a stack has {max(pages, dimensions_of(array)[2])} pages; "
             "open it by itself, or keep one page per file."
         )
-    if (stack.dimensions[:2], stack.dtype, stack.samples) != expected:
-        (nx, ny), dtype, samples = expected
-        own = f"{times((*stack.dimensions[:2], stack.samples))} of {stack.dtype}"
+    facts, expected = (
+        f"{times((*dimensions_of(each)[:2], _samples(each)))} of {each.dtype}"
+        for each in (array, first)
+    )
+    if facts != expected:
         raise VolumeError(
-            f"{path}: the slices differ in size, type or storage: this one has {own}, {first.name} "
-            f"{times((nx, ny, samples))} of {dtype}; keep those of one volume together."
+            f"{path}: the slices differ in size, type or storage: this one has {facts}, "
+            f"{first_name} {expected}; keep those of one volume together."
         )
-    check_pages(path, stack, flat=True)
 
 
 # --- names --------------------------------------------------------------------------------

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -12,6 +11,7 @@ from xml.etree import ElementTree
 import numpy as np
 from numpy.typing import NDArray
 
+from model.volume_files.checks import number_of
 from model.volume_files.grid import in_one_unit
 
 if TYPE_CHECKING:
@@ -85,10 +85,10 @@ def calibrated(tiff: TiffFile, values: NDArray[Any]) -> tuple[NDArray[Any], str,
     data = tiff.imagej_metadata or {}
     units = str(data.get("vunit", ""))
     units = "" if units.lower() in ("gray value", "grey value", "") else units
-    offset, slope = _number(data.get("c0")), _number(data.get("c1"))
+    offset, slope = number_of(data.get("c0")), number_of(data.get("c1"))
     if "cf" not in data or offset is None or slope is None:
         return values, units, ()
-    if str(data["cf"]) not in ("0", "0.0") or _number(data.get("c2")) is not None:
+    if str(data["cf"]) not in ("0", "0.0") or number_of(data.get("c2")) is not None:
         return values, "", ("ImageJ's calibration curve of the values is not applied.",)
     if (offset, slope) == (0.0, 1.0) or slope == 0:
         return values, units, ()
@@ -102,17 +102,9 @@ def calibrated(tiff: TiffFile, values: NDArray[Any]) -> tuple[NDArray[Any], str,
     return scaled, units, ()
 
 
-def _number(value: Any) -> float | None:
-    try:
-        number = float(value)
-    except (TypeError, ValueError):
-        return None
-    return number if math.isfinite(number) else None
-
-
 def _size(value: Any) -> float | None:
     """Return a length as a number; None if it is none above zero."""
-    number = _number(value)
+    number = number_of(value)
     return None if number is None or number <= 0 else number
 
 
@@ -128,7 +120,7 @@ def _of_imagej(tiff: TiffFile, data: Mapping[str, Any]) -> Scale:
     """ImageJ leaves out what is 1: the distance of slices, and the resolution."""
     unit = str(data.get("unit", "")).strip()
     x, y = _resolution(tiff, X_RESOLUTION), _resolution(tiff, Y_RESOLUTION)
-    z = _number(data.get("spacing"))
+    z = number_of(data.get("spacing"))
     if x is None and y is None and z is None and unit.lower() in NO_UNITS:
         return Scale()
     units = [unit, str(data.get("yunit", unit)), str(data.get("zunit", unit))]

@@ -6,17 +6,17 @@ import base64
 import math
 import re
 import threading
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any, BinaryIO, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from model.errors import VolumeError
-from model.scene.volume import Content, FileFacts
-from model.volume_files.arrays import is_auxiliary
+from model.volume_files.arrays import StoredArray, grid_of_arrays
 from model.volume_files.checks import (
     check_grid,
     check_present,
@@ -26,8 +26,8 @@ from model.volume_files.checks import (
     truncated,
     unsupported,
 )
-from model.volume_files.choice import LARGEST, Choice, chosen_index
-from model.volume_files.grid import Grid, placed, usable_origin, usable_spacing
+from model.volume_files.choice import LARGEST, Choice
+from model.volume_files.grid import Grid
 
 LONGEST_HEADER = 1 << 20
 GHOSTS, VALID = ("vtkGhostType", "vtkGhostLevels"), "vtkValidPointMask"
@@ -40,133 +40,101 @@ _MESSAGE = re.compile(
 )
 
 
-@dataclass(frozen=True)
-class VtkArray:
-    """An array of a file, of points or cells; without a type where only reading would tell it."""
+class VtkArray(NamedTuple):
+    """An array at an image's points or in its cells."""
 
     name: str
     in_cells: bool
-    dtype: np.dtype[np.generic] | None
-    components: int = 1
+    shape: tuple[int, ...]
+    dtype: np.dtype[Any]
+    read: Callable[..., NDArray[Any]]
     is_active: bool = False
 
-    @property
-    def is_ghost(self) -> bool:
-        """Whether it only tells which voxels there are."""
-        return self.name in (*GHOSTS, VALID)
+
+def image_arrays(
+    found: Sequence[VtkArray],
+    first: Sequence[float],
+    spacing: Sequence[float] | None,
+    origin: Sequence[float],
+    directions: NDArray[np.float64],
+    notes: tuple[str, ...] = (),
+) -> list[StoredArray]:
+    """Place arrays of an image by its frame and the number of its first point along each axis."""
+    points = {array.name for array in found if not array.in_cells}
+    arrays = []
+    for name, in_cells, shape, dtype, read, is_active in found:
+        place = np.array(first) + in_cells / 2
+        place = place * (1.0 if spacing is None else np.array(spacing)) @ directions + origin
+        title = f"{name or 'unnamed'}{' (cells)' if in_cells and name in points else ''}"
+        its_notes = (f"The values of '{name}' belong to cells; each is a voxel.",) * in_cells
+        arrays.append(
+            StoredArray(
+                title,
+                shape,
+                dtype,
+                read,
+                ("z", "y", "x", "components")[: len(shape)],
+                spacing=spacing,
+                origin=place.tolist(),
+                directions=directions,
+                notes=its_notes + notes,
+                is_active=is_active,
+            )
+        )
+    return arrays
 
 
-def chosen_array(
-    path: Path, arrays: Sequence[VtkArray], choice: Choice
-) -> tuple[VtkArray, list[VtkArray]]:
-    """Return the chosen array, and all that can be chosen.
-
-    By default it is the first that is no list of ids, ghost types or mask; the active scalars
-    before others, and arrays at points before those in cells.
-    """
-    if any(not isinstance(array.name, str) for array in arrays):
+def _checked(path: Path, found: list[VtkArray]) -> list[VtkArray]:
+    """Return the arrays that are no ghost types, or refuse to."""
+    if any(not isinstance(array.name, str) for array in found):
         # VTK gives bytes where it cannot decode them.
         raise damaged(path, "the name of an array is no text")
-    usable = [array for array in arrays if not array.is_ghost]
-    if not usable:
+    found = [array for array in found if array.name not in (*GHOSTS, VALID)]
+    if not found:
         raise VolumeError(
             f"{path}: the file holds no values, neither at the grid's points nor in its cells; "
             "save it with an array."
         )
-    usable.sort(key=lambda array: (is_auxiliary(array.name), not array.is_active, array.in_cells))
-    names = [_title(array, usable) for array in usable]
-    number = chosen_index(path, "array", names, choice.array)
-    return usable[number], usable
+    return found
 
 
-def _title(array: VtkArray, arrays: Sequence[VtkArray]) -> str:
-    name = array.name or "unnamed"
-    twice = sum(other.name == array.name for other in arrays) > 1
-    return f"{name} (cells)" if array.in_cells and twice else name
-
-
-def image_grid(
-    path: Path,
-    image: Any,
-    wanted: VtkArray,
-    arrays: Sequence[VtkArray],
-    file_format: str,
-    extent: Sequence[int] | None = None,
-) -> Grid:
-    """Return an array of a VTK image as a grid, or the part of it within an extent of points."""
-    attributes = image.GetCellData() if wanted.in_cells else image.GetPointData()
-    array = attributes.GetArray(wanted.name) if wanted.name else attributes.GetArray(0)
-    less = 1 if wanted.in_cells else 0
-    dimensions = [n - less for n in image.GetDimensions()]
-    if array is None or array.GetNumberOfTuples() != int(np.prod(dimensions)):
-        raise damaged(path, f"its array '{wanted.name}' has no values, or not those of its grid")
-    values = to_numpy(array, tuple(dimensions))
-    check_grid(path, dimensions, values.dtype, values.shape[3] if values.ndim == 4 else 1)
-    missing = _hidden(attributes, dimensions, wanted.in_cells)
-    first = list(image.GetExtent()[::2])
+def _voxels(
+    path: Path, image: Any, name: str, in_cells: bool, extent: Sequence[int] | None, _: Any
+) -> NDArray[Any]:
+    """Return an image's array within an extent of points; what ghost types hide is masked."""
+    attributes = image.GetCellData() if in_cells else image.GetPointData()
+    array = attributes.GetArray(name) if name else attributes.GetArray(0)
+    dimensions = [n - in_cells for n in image.GetDimensions()]
+    if array is None or array.GetNumberOfTuples() != math.prod(dimensions):
+        raise damaged(path, f"its array '{name}' has no values, or not those of its grid")
+    values, hidden = _to_numpy(array, dimensions), _hidden(attributes, dimensions, in_cells)
     if extent is not None:
-        starts = [extent[2 * k] - first[k] for k in range(3)]
-        stops = [extent[2 * k + 1] - first[k] + 1 - less for k in range(3)]
-        part = tuple(slice(starts[k], stops[k]) for k in (2, 1, 0))
-        values = values[part]
-        missing = None if missing is None else missing[part]
-        first = [extent[0], extent[2], extent[4]]
-    matrix = image.GetDirectionMatrix()
-    directions = np.array([[matrix.GetElement(r, c) for r in range(3)] for c in range(3)])
-    steps = list(image.GetSpacing())
-    place = [at + less / 2 for at in first]
-    origin = np.array(image.GetOrigin()) + np.multiply(place, steps) @ directions
-    notes: tuple[str, ...] = ()
-    if wanted.in_cells:
-        notes = (f"The values of '{wanted.name}' belong to cells; each is a voxel.",)
-    listed = _contents(wanted, arrays, image, values)
-    grid = Grid(
-        values,
-        origin=usable_origin(origin.tolist()),
-        notes=notes,
-        missing=missing,
-        facts=FileFacts(file_format, contents=listed),
-    )
-    return placed(grid, steps, directions)
+        ends = zip(extent[::2], extent[1::2], image.GetExtent()[::2], strict=True)
+        part = tuple(slice(low - at, high - at + 1 - in_cells) for low, high, at in ends)[::-1]
+        values, hidden = values[part], None if hidden is None else hidden[part]
+    if hidden is None:
+        return values
+    hidden = hidden if values.ndim == 3 else hidden[..., None]
+    return np.ma.array(values, mask=np.broadcast_to(hidden, values.shape))
 
 
 def _hidden(attributes: Any, dimensions: Sequence[int], in_cells: bool) -> NDArray[np.bool_] | None:
     """Return where values are blanked by ghost types or a mask of valid points."""
-    size = int(np.prod(dimensions))
     hidden: NDArray[np.bool_] | None = None
     for name in (GHOSTS[0], VALID):
         array = attributes.GetArray(name)
-        if array is None or array.GetNumberOfTuples() != size:
+        if array is None or array.GetNumberOfTuples() != math.prod(dimensions):
             continue
-        flags = to_numpy(array, tuple(dimensions))  # type: ignore[arg-type]
+        flags: NDArray[Any] = _to_numpy(array, dimensions)
         if flags.ndim != 3 or flags.dtype.kind not in "iu":
             continue
         bit = flags.dtype.type(HIDDEN_CELL if in_cells else HIDDEN_POINT)
-        found = flags == 0 if name == VALID else (flags & bit) != 0  # type: ignore[operator]
+        found = flags == 0 if name == VALID else (flags & bit) != 0
         hidden = found if hidden is None else hidden | found
     return hidden if hidden is not None and hidden.any() else None
 
 
-def _contents(
-    wanted: VtkArray, arrays: Sequence[VtkArray], image: Any, values: NDArray[np.generic]
-) -> tuple[Content, ...]:
-    """List all arrays."""
-    if len(arrays) < 2:
-        return ()
-    listed = []
-    for array in arrays:
-        nx, ny, nz = (n - array.in_cells for n in image.GetDimensions())
-        dtype = array.dtype
-        if array is wanted:
-            nz, ny, nx = values.shape[:3]
-            dtype = values.dtype
-        size = 0 if dtype is None else nx * ny * nz * dtype.itemsize * array.components
-        name, title = "" if dtype is None else dtype.name, _title(array, arrays)
-        listed.append(Content("array", title, (nx, ny, nz), name, size, array is wanted))
-    return tuple(listed)
-
-
-def run_quietly(path: Path, step: Callable[[], None]) -> None:
+def _run_quietly(path: Path, step: Callable[[], None]) -> None:
     """Run one step of a VTK reader, such as ``reader.Update``; its complaint is damage."""
     from vtkmodules.vtkCommonCore import vtkLogger, vtkOutputWindow, vtkStringOutputWindow
 
@@ -189,7 +157,7 @@ def run_quietly(path: Path, step: Callable[[], None]) -> None:
         raise damaged(path, f"VTK says '{reason}'")
 
 
-def to_numpy(array: Any, dimensions: tuple[int, int, int]) -> NDArray[np.generic]:
+def _to_numpy(array: Any, dimensions: Sequence[int]) -> NDArray[np.generic]:
     """View a VTK array's memory as voxels, components last; the view keeps it alive."""
     from vtkmodules.util.numpy_support import vtk_to_numpy
 
@@ -208,18 +176,14 @@ def read_legacy_vtk(path: Path, choice: Choice = LARGEST) -> Grid:
         start = file.read(LONGEST_HEADER)
     if not start.startswith(b"# vtk DataFile"):
         raise not_a(path, "a legacy VTK file")
-    kind = re.search(rb"^DATASET\s+(\w+)", start, re.MULTILINE | re.IGNORECASE)
+    kind = re.search(rb"(?mi)^DATASET\s+(\w+)", start)
     if kind is not None and kind.group(1).upper() != b"STRUCTURED_POINTS":
         raise VolumeError(
             f"{path}: the file holds {kind.group(1).decode('latin-1').lower()}, not "
             "structured_points; make image data of it first, as with ParaView's filter Resample To "
             "Image, and save that as .vti."
         )
-    sizes = re.search(
-        rb"^DIMENSIONS\s+(-?\d{1,18})\s+(-?\d{1,18})\s+(-?\d{1,18})\s",
-        start,
-        re.MULTILINE | re.IGNORECASE,
-    )
+    sizes = re.search(rb"(?mi)^DIMENSIONS\s+(-?\d{1,18})\s+(-?\d{1,18})\s+(-?\d{1,18})\s", start)
     if kind is None or sizes is None:
         raise truncated(path, "its header has no dimensions")
     dimensions = [int(size) for size in sizes.groups()]
@@ -229,28 +193,28 @@ def read_legacy_vtk(path: Path, choice: Choice = LARGEST) -> Grid:
     reader.ReadAllScalarsOn()
     reader.ReadAllVectorsOn()
     reader.ReadAllFieldsOn()
-    run_quietly(path, reader.Update)
+    _run_quietly(path, reader.Update)
     image = reader.GetOutput()
-    arrays = [*_arrays(image.GetPointData(), False), *_arrays(image.GetCellData(), True)]
-    return image_grid(path, image, *chosen_array(path, arrays, choice), "legacy VTK")
+    found = _checked(path, [*_arrays(path, image, False), *_arrays(path, image, True)])
+    frame = image.GetExtent()[::2], image.GetSpacing(), image.GetOrigin(), np.eye(3)
+    return grid_of_arrays(path, image_arrays(found, *frame), choice, "legacy VTK")
 
 
-def _arrays(attributes: Any, in_cells: bool) -> list[VtkArray]:
-    """List the arrays of points or cells."""
+def _arrays(path: Path, image: Any, in_cells: bool) -> Iterator[VtkArray]:
+    """Yield the arrays of an image's points or cells."""
+    attributes = image.GetCellData() if in_cells else image.GetPointData()
     active = attributes.GetScalars()
-    numbers = range(attributes.GetNumberOfArrays())
-    found = [array for array in map(attributes.GetArray, numbers) if array is not None]
-    return [
-        VtkArray(
-            array.GetName() or "",
-            in_cells,
-            to_numpy(array, (array.GetNumberOfTuples(), 1, 1)).dtype,
-            array.GetNumberOfComponents(),
-            active is not None and array.GetName() == active.GetName(),
-        )
-        for array in found
-        if array.GetNumberOfTuples()
-    ]
+    shape = tuple(n - in_cells for n in image.GetDimensions()[::-1])
+    for number in range(attributes.GetNumberOfArrays()):
+        array = attributes.GetArray(number)
+        if array is None or not array.GetNumberOfTuples():
+            continue
+        name, components = array.GetName() or "", array.GetNumberOfComponents()
+        is_active = active is not None and array.GetName() == active.GetName()
+        dtype = _to_numpy(array, (array.GetNumberOfTuples(),)).dtype
+        read = partial(_voxels, path, image, name, in_cells, None)
+        more = (components,) if components > 1 else ()
+        yield VtkArray(name, in_cells, (*shape, *more), dtype, read, is_active)
 
 
 # --- XML files --------------------------------------------------------------------------
@@ -266,74 +230,79 @@ GREATEST_RATIOS = {
 
 def read_vti(path: Path, choice: Choice = LARGEST) -> Grid:
     """Read an array of VTK image data in XML: ASCII, base64 or raw, compressed or not."""
+    from vtkmodules.vtkCommonDataModel import vtkDataObject
     from vtkmodules.vtkIOXML import vtkXMLImageDataReader
 
     with path.open("rb") as file:
         header = _read_header(path, file)
-        _check_arrays(path, header)
-        _check_extent(path, header)
+        whole = _whole_extent(path, header)
         if header.compressor:
             for start in _compressed_arrays(path, header):
                 _check_blocks(path, file, header, *start)
     reader = vtkXMLImageDataReader()
     reader.SetFileName(str(path))
-    run_quietly(path, reader.UpdateInformation)
-    chosen, arrays = chosen_array(path, _xml_arrays(reader, header), choice)
-    for selection, in_cells in (
-        (reader.GetPointDataArraySelection(), False),
-        (reader.GetCellDataArraySelection(), True),
-    ):
-        for number in range(selection.GetNumberOfArrays()):
-            name = selection.GetArrayName(number)
-            wanted = VtkArray(name, in_cells, None).is_ghost or name == chosen.name
-            if not wanted or in_cells != chosen.in_cells:
-                selection.DisableArray(name)
-    run_quietly(path, reader.Update)
-    own = _own_extent(path, header)
-    grid = image_grid(path, reader.GetOutput(), chosen, arrays, "VTI", own)
-    if not header.attribute("Spacing"):
-        grid = replace(grid, notes=(*grid.notes, *usable_spacing(None)[1]))
-    if own is None:
-        return grid
-    whole = times(reader.GetOutput().GetDimensions())
-    note = f"The file has a piece of a whole of {whole} points; the piece is read."
-    return replace(grid, notes=(*grid.notes, note))
+    _run_quietly(path, reader.UpdateInformation)
+    own = _own_extent(path, header, whole)
+    extent, notes = own or whole, tuple[str, ...]()
+    if own is not None:
+        points = times([high - low + 1 for low, high in zip(whole[::2], whole[1::2], strict=True)])
+        notes = (f"The file has a piece of a whole of {points} points; the piece is read.",)
+    found = _checked(path, [*_announced(path, reader, extent)])
+    said = reader.GetOutputInformation(0)
+    spacing = said.Get(vtkDataObject.SPACING()) if header.attribute("Spacing") else None
+    # Column k of the matrix is the direction of axis k.
+    directions = np.array(said.Get(vtkDataObject.DIRECTION())).reshape(3, 3).T
+    origin = said.Get(vtkDataObject.ORIGIN())
+    arrays = image_arrays(found, extent[::2], spacing, origin, directions, notes)
+    return grid_of_arrays(path, arrays, choice, "VTI")
 
 
-def _xml_arrays(reader: Any, header: _Header) -> list[VtkArray]:
-    """List the arrays that VTK finds, with what their elements say of them."""
-    found = []
-    for selection, in_cells, part in (
-        (reader.GetPointDataArraySelection(), False, header.part("PointData")),
-        (reader.GetCellDataArraySelection(), True, header.part("CellData")),
-    ):
-        active = header.attribute("Scalars", part.partition(">")[0])
-        elements = {
-            header.attribute("Name", element): element
-            for element in reversed(re.findall(r"<DataArray\b[^>]*>", part))
-        }
-        texts = {
-            header.attribute("Name", element)
-            for element in re.findall(r"""<Array\b[^>]*type\s*=\s*["']String["'][^>]*>""", part)
-        }
-        for number in range(selection.GetNumberOfArrays()):
-            name = selection.GetArrayName(number) or ""
-            if name in texts:
+def _announced(path: Path, reader: Any, extent: Sequence[int]) -> Iterator[VtkArray]:
+    """Yield the arrays that VTK finds in a file's header, but those of texts."""
+    from vtkmodules.util.numpy_support import get_vtk_to_numpy_typemap
+    from vtkmodules.vtkCommonDataModel import vtkDataObject
+
+    data: Any = vtkDataObject
+    types, said = get_vtk_to_numpy_typemap(), reader.GetOutputInformation(0)
+    ends = [*zip(extent[::2], extent[1::2], strict=True)][::-1]
+    for in_cells, kind in ((False, data.POINT_DATA_VECTOR()), (True, data.CELL_DATA_VECTOR())):
+        listed = said.Get(kind)
+        for number in range(0 if listed is None else listed.GetNumberOfInformationObjects()):
+            array = listed.GetInformationObject(number)
+            dtype = types.get(array.Get(data.FIELD_ARRAY_TYPE()))
+            if dtype is None:
                 continue
-            element = elements.get(name, "") if isinstance(name, str) else ""
-            dtype, components = header.type_of(element)
-            found.append(VtkArray(name, in_cells, dtype, components, bool(name) and name == active))
-    return found
+            name = array.Get(data.FIELD_NAME())
+            components = array.Get(data.FIELD_NUMBER_OF_COMPONENTS())
+            shape = tuple(high - low + 1 - in_cells for low, high in ends)
+            shape += (components,) if components > 1 else ()
+            is_active = bool(array.Get(data.FIELD_ACTIVE_ATTRIBUTE()) & 1)
+            read = partial(_read_xml, path, reader, name, in_cells, extent)
+            yield VtkArray(name, in_cells, shape, np.dtype(dtype), read, is_active)
+
+
+def _read_xml(
+    path: Path, reader: Any, name: str, in_cells: bool, extent: Sequence[int], index: Any
+) -> NDArray[Any]:
+    """Read one array, and what tells which of its voxels there are."""
+    selections = reader.GetPointDataArraySelection(), reader.GetCellDataArraySelection()
+    for its_cells, selection in enumerate(selections):
+        selection.DisableAllArrays()
+        for wanted in (name, *GHOSTS, VALID):
+            if its_cells == in_cells and selection.ArrayExists(wanted):
+                selection.EnableArray(wanted)
+    _run_quietly(path, reader.Update)
+    return _voxels(path, reader.GetOutput(), name, in_cells, extent, index)
 
 
 def _integers(text: str) -> list[int]:
     return [int(number) for number in re.findall(r"-?\d{1,18}", text)]
 
 
-def _own_extent(path: Path, header: _Header) -> list[int] | None:
+def _own_extent(path: Path, header: _Header, whole: list[int]) -> list[int] | None:
     """Return the extent of the pieces that the file has, if that is less than the whole."""
     extents = re.findall(r"""<Piece\b[^>]*\bExtent\s*=\s*["']([^"']*)["']""", header.text)
-    *pieces, whole = map(_integers, (*extents, header.attribute("WholeExtent")))
+    pieces = [*map(_integers, extents)]
     if not pieces or any(len(piece) != 6 for piece in pieces):
         return None
     own = [(min if k % 2 == 0 else max)(piece[k] for piece in pieces) for k in range(6)]
@@ -366,25 +335,6 @@ class _Header:
         return self.file_size * GREATEST_RATIOS.get(self.compressor, 1)
 
     @property
-    def arrays(self) -> list[re.Match[str]]:
-        """Elements that describe arrays."""
-        return list(re.finditer(r"<DataArray\b[^>]*>", self.text))
-
-    def part(self, name: str) -> str:
-        """Return the first element of a name; empty if there is none."""
-        found = re.search(
-            rf"<{name}\b[^>]*[^/]>.*?</{name}>|<{name}>.*?</{name}>", self.text, re.DOTALL
-        )
-        return found.group() if found else ""
-
-    def type_of(self, element: str) -> tuple[np.dtype[np.generic] | None, int]:
-        """Return type and number of the components that an array's element gives."""
-        kind = re.fullmatch(r"(U?Int|Float)(8|16|32|64)", self.attribute("type", element))
-        components = self.attribute("NumberOfComponents", element)
-        count = int(components) if re.fullmatch(r"[1-9]\d{0,3}", components) else 1
-        return np.dtype(kind.group().lower()) if kind else None, count
-
-    @property
     def word(self) -> np.dtype[np.generic]:
         """Type of the numbers in the header of each array."""
         order = ">" if self.attribute("byte_order") == "BigEndian" else "<"
@@ -404,26 +354,18 @@ def _read_header(path: Path, file: BinaryIO) -> _Header:
     return _Header(start.decode("latin-1"), size)
 
 
-def _check_arrays(path: Path, header: _Header) -> None:
-    """Refuse a file without arrays, or with one of bits, which VTK packs."""
-    if not header.arrays:
-        raise VolumeError(f"{path}: it holds no values, only a grid; choose another.")
-    if any(header.attribute("type", array.group()) == "Bit" for array in header.arrays):
-        raise unsupported(
-            path, "an array of bits", "convert it to unsigned char, as with ParaView's Calculator"
-        )
-
-
-def _check_extent(path: Path, header: _Header) -> None:
-    """Check the extent against the machine's memory and the file's size."""
+def _whole_extent(path: Path, header: _Header) -> list[int]:
+    """Return the extent after a check against memory and file; refuse bits, which VTK packs."""
     ends = _integers(header.attribute("WholeExtent"))
     if len(ends) != 6:
         raise damaged(path, "its header has no extent of six numbers")
+    if re.search(r"""<DataArray\b[^>]*\btype\s*=\s*["']Bit["']""", header.text):
+        raise unsupported(
+            path, "an array of bits", "convert it to unsigned char, as with ParaView's Calculator"
+        )
     dimensions = [last - first + 1 for first, last in zip(ends[::2], ends[1::2], strict=True)]
-    types = [header.type_of(array.group()) for array in header.arrays]
-    each = sum(dtype.itemsize * count for dtype, count in types if dtype is not None)
-    check_grid(path, dimensions, np.dtype((np.void, max(each, 1))))
-    check_present(path, header.capacity, math.prod(dimensions))
+    check_present(path, header.capacity, check_grid(path, dimensions, np.uint8))
+    return ends
 
 
 def _compressed_arrays(path: Path, header: _Header) -> list[tuple[int, bool]]:
@@ -434,7 +376,7 @@ def _compressed_arrays(path: Path, header: _Header) -> list[tuple[int, bool]]:
     if first >= 0 and appended is None:
         raise damaged(path, "its appended data does not begin with an underscore")
     starts = []
-    for array in header.arrays:
+    for array in re.finditer(r"<DataArray\b[^>]*>", header.text):
         offset = header.attribute("offset", array.group())
         form = header.attribute("format", array.group())
         if form == "appended" and appended and re.fullmatch(r"\d{1,18}", offset):
