@@ -40,7 +40,7 @@ from model.volume_files.conventions import (
     decoded,
     evened,
 )
-from model.volume_files.grid import Grid, in_one_unit, placed, proposed_stretch, usable_origin
+from model.volume_files.grid import Grid, in_one_unit, placed, proposed_stretch
 
 Index = tuple[int | slice, ...]
 
@@ -187,7 +187,7 @@ def _grid(
     units = attribute_text(array.attributes, "units")
     grid = Grid(
         values,
-        origin=usable_origin(array.origin),
+        origin=array.origin,
         units="" if units == "1" else units,
         notes=array.notes + roles.notes + notes,
         missing=missing,
@@ -242,7 +242,7 @@ def _by_coordinates(path: Path, grid: Grid, axes: list[Axis]) -> Grid:
         grid,
         values=values,
         missing=missing,
-        origin=(origin[0], origin[1], origin[2]),
+        origin=origin,
         notes=notes + unit_notes,
         up="" if vertical.is_down is None and axes[0].unit[:6] != "degree" else "+z",
         facts=replace(grid.facts, spacing_unit=unit, stretch=stretch),

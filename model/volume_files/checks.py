@@ -182,13 +182,24 @@ def log_of(*names: str) -> Iterator[list[str]]:
 
 
 @contextmanager
-def errors_of(path: Path, says: str, *loggers: str) -> Iterator[None]:
-    """Take what a library raises as damage of a file; `says` has a place for its first line."""
+def errors_of(
+    path: Path,
+    says: str,
+    *loggers: str,
+    cut_off: tuple[type[Exception], ...] = (),
+    missing: str = "",
+) -> Iterator[None]:
+    """Take what a library raises as damage of a file; `says` has a place for its first line.
+
+    Some errors mean that a part is missing.
+    """
     with log_of(*loggers):
         try:
             yield
         except (OSError, MemoryError, VolumeError):
             raise
+        except cut_off:
+            raise truncated(path, missing) from None
         except Exception as error:
             # Libraries raise errors of many kinds.
             raise damaged(path, says.format(first_line(error))) from None

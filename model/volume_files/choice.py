@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -198,27 +198,20 @@ def as_data(volume: Volume) -> dict[str, Any]:
     linear scale.
     """
     volume = volume.linear
+    file = asdict(volume.file)
+    for each in file["contents"]:
+        each["type"] = each.pop("scalar_type")
     return {
+        **file,
         "name": volume.name,
-        "format": volume.file.format,
-        "dimensions": list(volume.dimensions),
+        "dimensions": volume.dimensions,
         "type": str(volume.voxels.dtype),
-        "spacing": list(volume.spacing),
-        "spacing_unit": volume.file.spacing_unit,
-        "stretch": volume.file.stretch,
-        "origin": list(volume.origin),
-        "directions": [list(direction) for direction in volume.file.directions],
-        "space": volume.file.space,
-        "axis_labels": list(volume.axis_labels),
-        "range": list(volume.data_range),
+        "spacing": volume.spacing,
+        "origin": volume.origin,
+        "axis_labels": volume.axis_labels,
+        "range": volume.data_range,
         "units": volume.units,
-        "is_labels": volume.file.is_labels,
-        "labels": [dict(vars(label)) for label in volume.file.labels],
         "missing_share": volume.missing_share,
         "nbytes": volume.voxels.nbytes,
-        "notes": list(volume.notes),
-        "contents": [
-            {"type" if name == "scalar_type" else name: value for name, value in vars(each).items()}
-            for each in volume.file.contents
-        ],
+        "notes": volume.notes,
     }

@@ -30,7 +30,7 @@ from model.volume_files.dicom_tags import (
     Frame,
     frames_of,
     is_dicom,
-    numbers_of,
+    number_in,
     read_dicom_file,
 )
 from model.volume_files.dicom_volume import heights, read_stack, value_type
@@ -293,7 +293,7 @@ def _read(files: Sequence[Path], like: Path | None, choice: Choice) -> Grid:
 
 
 def _is_grey(frame: Frame) -> bool:
-    return (numbers_of(frame.file.tags, "SamplesPerPixel") or [1.0])[0] == 1
+    return number_in(frame.file.tags, "SamplesPerPixel", 1.0) == 1
 
 
 def _no_volume(

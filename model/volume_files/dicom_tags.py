@@ -8,12 +8,12 @@ import zlib
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, BinaryIO
+from typing import TYPE_CHECKING, Any, BinaryIO, Literal
 
 import numpy as np
 
-from model.errors import VolumeError, first_line
-from model.volume_files.checks import damaged, log_of, truncated, unsupported
+from model.errors import VolumeError
+from model.volume_files.checks import damaged, errors_of, truncated, unsupported
 
 if TYPE_CHECKING:
     from pydicom import Dataset
@@ -61,9 +61,15 @@ class DicomFile:
 
 def text_of(tags: Dataset, name: str) -> str:
     """Return a tag's value as text; empty if it is missing or malformed."""
-    raw = _raw_text(tags, name)
-    if raw is not None:
-        return raw
+    tag = _tag(name)
+    try:
+        element: Any = tags.get_item(tag) if tag in tags else None
+        if getattr(element, "is_raw", False) and element.VR in _TEXTS:
+            # pydicom takes long to convert a text.
+            return (element.value or b"").decode("latin-1").strip(" \0")
+    except Exception:
+        # pydicom converts values when they are asked for, and raises errors of many kinds.
+        return ""
     value = value_of(tags, name)
     if value is None:
         return ""
@@ -77,33 +83,25 @@ def text_of(tags: Dataset, name: str) -> str:
 
 def value_of(tags: Dataset, name: str) -> Any:
     """Return a tag's value; None if it is missing, empty or malformed."""
-    tag = _tag(name)
-    if tag not in tags:
-        return None
     try:
-        return tags[tag].value
+        return tags[_tag(name)].value
     except Exception:
-        # pydicom converts values when they are asked for, and raises errors of many kinds.
+        # As above.
         return None
 
 
 def numbers_of(tags: Dataset, name: str) -> list[float]:
     """Return a tag's decimal numbers; empty if it is missing or malformed."""
-    raw = _raw_text(tags, name)
-    if raw is not None:
-        try:
-            return [float(word) for word in raw.split("\\")] if raw else []
-        except ValueError:
-            return []
-    value = value_of(tags, name)
-    if value is None or value == "":
-        return []
+    text = text_of(tags, name)
     try:
-        if isinstance(value, str | int | float):
-            return [float(value)]
-        return [float(number) for number in value]
-    except (TypeError, ValueError, OverflowError):
+        return [float(word) for word in text.split("\\")] if text else []
+    except ValueError:
         return []
+
+
+def number_in(tags: Dataset, name: str, default: float = 0.0) -> float:
+    """Return the first of a tag's numbers."""
+    return (numbers_of(tags, name) or [default])[0]
 
 
 @cache
@@ -113,21 +111,6 @@ def _tag(name: str) -> int:
     tag = tag_for_keyword(name)
     assert tag is not None
     return tag
-
-
-def _raw_text(tags: Dataset, name: str) -> str | None:
-    """Return a text that pydicom has not converted yet, which takes it long; else None."""
-    tag = _tag(name)
-    if tag not in tags:
-        return ""
-    try:
-        element: Any = tags.get_item(tag)
-    except Exception:
-        # As for other values.
-        return None
-    if getattr(element, "is_raw", False) and element.VR in _TEXTS:
-        return "" if element.value is None else element.value.decode("latin-1").strip(" \0")
-    return None
 
 
 def is_dicom(path: Path, has_preamble: bool = False) -> bool:
@@ -155,40 +138,34 @@ def read_dicom_file(path: Path) -> DicomFile:
     config.settings.reading_validation_mode = config.IGNORE
     if not is_dicom(path):
         raise VolumeError(f"{path}: this is not a DICOM file; remove it from the folder.")
-    with log_of("pydicom"), path.open("rb") as file:
-        try:
-            return _read(path, file)
-        except (OSError, MemoryError, VolumeError):
-            raise
-        except (EOFError, InvalidDicomError):
-            raise truncated(path, "a tag is cut off") from None
-        except Exception as error:
-            raise damaged(path, f"its tags cannot be read: {first_line(error)}") from None
+    says, cut_off = "its tags cannot be read: {}", (EOFError, InvalidDicomError)
+    with errors_of(path, says, "pydicom", cut_off=cut_off, missing="a tag is cut off"):
+        return _read(path)
 
 
-def _read(path: Path, file: BinaryIO) -> DicomFile:
+def _read(path: Path) -> DicomFile:
     from pydicom import dcmread
     from pydicom.filereader import read_file_meta_info
 
-    start = file.read(2048)
-    file.seek(0)
+    with path.open("rb") as file:
+        start = file.read(2048)
     if start[PREAMBLE : PREAMBLE + 4] == b"DICM" and DEFLATED.encode() in start:
         content = _inflated(path, read_file_meta_info(path))
         whole: BinaryIO = io.BytesIO(content)
         tags = dcmread(whole, stop_before_pixels=True, force=True)
         return _located(path, tags, EXPLICIT, whole, len(content), content)
-    tags = dcmread(file, stop_before_pixels=True, force=True)
-    syntax = text_of(getattr(tags, "file_meta", tags), "TransferSyntaxUID")
-    if not syntax:
-        syntax = IMPLICIT if tags.original_encoding[0] else EXPLICIT
-        syntax = syntax if tags.original_encoding[1] is not False else BIG_ENDIAN
-    return _located(path, tags, syntax, file, os.fstat(file.fileno()).st_size, None)
+    with path.open("rb") as file:
+        tags = dcmread(file, stop_before_pixels=True, force=True)
+        syntax = text_of(getattr(tags, "file_meta", tags), "TransferSyntaxUID")
+        if not syntax:
+            syntax = IMPLICIT if tags.original_encoding[0] else EXPLICIT
+            syntax = syntax if tags.original_encoding[1] is not False else BIG_ENDIAN
+        return _located(path, tags, syntax, file, os.fstat(file.fileno()).st_size, None)
 
 
 def _inflated(path: Path, meta: Any) -> bytes:
     """Return a deflated file as one in the explicit little-endian syntax."""
     with path.open("rb") as file:
-        file.seek(PREAMBLE + 4)
         # The meta group's length is the value of its first element.
         file.seek(PREAMBLE + 4 + 12 + int(meta.FileMetaInformationGroupLength))
         decoder = zlib.decompressobj(-zlib.MAX_WBITS)
@@ -208,17 +185,17 @@ def _located(
 ) -> DicomFile:
     """Find the pixels, before which pydicom stopped."""
     order = ">" if syntax == BIG_ENDIAN else "<"
-    byte_order = "big" if order == ">" else "little"
+    byte_order: Literal["big", "little"] = "big" if order == ">" else "little"
     start = file.read(8)
-    tag = tuple(int.from_bytes(start[k : k + 2], byte_order) for k in (0, 2))  # type: ignore[arg-type]
-    kind = PIXEL_TAGS.get(tag)  # type: ignore[arg-type]
+    group, element = (int.from_bytes(start[k : k + 2], byte_order) for k in (0, 2))
+    kind = PIXEL_TAGS.get((group, element))
     if kind is None or len(start) < 8:
         return DicomFile(path, tags, syntax, order, None, content=content)
     implicit = not start[4:6].isalpha() or syntax == IMPLICIT
     data = start[4:8] if implicit else file.read(4)
     if len(data) < 4:
         raise truncated(path, "a tag is cut off")
-    length = int.from_bytes(data, byte_order)  # type: ignore[arg-type]
+    length = int.from_bytes(data, byte_order)
     offset = file.tell()
     if length == UNDEFINED:
         length = -1
@@ -320,18 +297,18 @@ def frames_of(file: DicomFile) -> list[Frame]:
     """Return the images of a file; none if it has no pixels."""
     if file.kind is None:
         return []
-    count = int((numbers_of(file.tags, "NumberOfFrames") or [1.0])[0] or 1)
-    per_frame = value_of(file.tags, "PerFrameFunctionalGroupsSequence") or ()
+    tags = file.tags
+    count = int(number_in(tags, "NumberOfFrames")) or 1
+    per_frame = value_of(tags, "PerFrameFunctionalGroupsSequence") or ()
     if not 1 <= count <= MOST_FRAMES or (len(per_frame) and len(per_frame) < count):
         raise damaged(file.path, f"it claims {count} frames")
-    shared = _first_item(file.tags, "SharedFunctionalGroupsSequence")
-    offsets = numbers_of(file.tags, "GridFrameOffsetVector")
-    tags = file.tags
-    rows, columns = (int((numbers_of(tags, name) or [0])[0]) for name in ("Rows", "Columns"))
+    shared = _first_item(tags, "SharedFunctionalGroupsSequence")
+    offsets = numbers_of(tags, "GridFrameOffsetVector")
+    rows, columns = (int(number_in(tags, name)) for name in ("Rows", "Columns"))
     position = _placed(tags, "ImagePositionPatient")
     orientation = _placed(tags, "ImageOrientationPatient")
     spacing = next(filter(None, (numbers_of(tags, name) for name in SPACINGS)), [])
-    number = (numbers_of(tags, "InstanceNumber") or [0.0])[0]
+    number = number_in(tags, "InstanceNumber")
     frames = []
     for index in range(count):
         groups = tuple(g for g in (per_frame[index] if per_frame else None, shared) if g)
@@ -341,8 +318,9 @@ def frames_of(file: DicomFile) -> list[Frame]:
         axes = axes or orientation
         if count > 1 and not per_frame and len(place) == 3 and len(axes) == 6:
             # In nuclear medicine they may follow each other against their normal.
-            distance = (numbers_of(tags, "SpacingBetweenSlices") or [1.0])[0]
-            goes_down = file.text("Modality") == "NM" and distance < 0
+            goes_down = (
+                file.text("Modality") == "NM" and number_in(tags, "SpacingBetweenSlices") < 0
+            )
             step = (measures or 1.0) * index * (-1 if goes_down else 1)
             if len(offsets) == count:
                 step = offsets[index] - offsets[0]
@@ -417,10 +395,9 @@ def _rescaling(file: DicomFile, groups: tuple[Dataset, ...]) -> tuple[float, flo
         if pair[0] == 0 or not np.isfinite(pair).all():
             continue
         return *pair, True, _units(file, text_of(tags, "RescaleType"))
-    scaling = numbers_of(file.tags, "DoseGridScaling")
-    if scaling and np.isfinite(scaling[0]) and scaling[0] > 0:
-        units = file.text("DoseUnits")
-        return scaling[0], 0.0, True, {"GY": "Gy"}.get(units, units.lower())
+    scaling, units = number_in(file.tags, "DoseGridScaling"), file.text("DoseUnits")
+    if np.isfinite(scaling) and scaling > 0:
+        return scaling, 0.0, True, {"GY": "Gy"}.get(units, units.lower())
     return 1.0, 0.0, False, ""
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -9,13 +10,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from model.errors import VolumeError, first_line
+from model.errors import VolumeError
 from model.scene.volume import FileFacts
 from model.volume_files.checks import (
     check_grid,
     check_present,
     damaged,
-    log_of,
+    errors_of,
     truncated,
     unsupported,
 )
@@ -26,10 +27,11 @@ from model.volume_files.dicom_tags import (
     IMPLICIT,
     DicomFile,
     Frame,
+    number_in,
     numbers_of,
     value_of,
 )
-from model.volume_files.grid import Grid, placed, usable_origin
+from model.volume_files.grid import Grid, placed
 from model.volume_files.progress import counted
 
 EVEN = 0.02  # relative difference below which slice distances count as equal
@@ -78,7 +80,7 @@ def read_stack(images: Sequence[Frame]) -> Grid:
     units = {frame.units for frame in frames}
     grid = Grid(
         values,
-        origin=usable_origin(first.position or (0.0, 0.0, 0.0)),
+        origin=first.position or (0.0, 0.0, 0.0),
         units=units.pop() if len(units) == 1 else "",
         notes=order.notes + _KINDS.get(first.file.text("PhotometricInterpretation"), ()),
         missing=missing,
@@ -235,6 +237,7 @@ DECODERS = {
 
 
 END_OF_IMAGE = b"\xff\xd9"
+ENDS_EARLY = "its compressed pixels stop before the end"
 
 
 def stored_type(frame: Frame) -> np.dtype[np.generic]:
@@ -242,12 +245,12 @@ def stored_type(frame: Frame) -> np.dtype[np.generic]:
     file = frame.file
     if file.kind in ("f4", "f8"):
         return np.dtype(file.kind)
-    bits = int((numbers_of(file.tags, "BitsAllocated") or [0])[0])
+    bits = _allocated(file)
     if bits == 1:
         return np.dtype(np.uint8)
     if bits not in (8, 16, 32, 64):
         raise unsupported(file.path, f"a DICOM file of {bits} bits per pixel", "convert it")
-    is_signed = (numbers_of(file.tags, "PixelRepresentation") or [0])[0] == 1
+    is_signed = number_in(file.tags, "PixelRepresentation") == 1
     return np.dtype(f"{'i' if is_signed else 'u'}{bits // 8}")
 
 
@@ -258,14 +261,14 @@ def bits_stored(frame: Frame) -> int:
         return allocated
     if _allocated(frame.file) == 1:
         return 1
-    stored = int((numbers_of(frame.file.tags, "BitsStored") or [allocated])[0])
+    stored = int(number_in(frame.file.tags, "BitsStored", allocated))
     if not 1 <= stored <= allocated:
         raise damaged(frame.file.path, "its bits stored exceed its bits allocated")
     return stored
 
 
 def _allocated(file: DicomFile) -> int:
-    return int((numbers_of(file.tags, "BitsAllocated") or [0])[0])
+    return int(number_in(file.tags, "BitsAllocated"))
 
 
 def stored_pixels(frame: Frame) -> NDArray[Any]:
@@ -287,7 +290,7 @@ def stored_pixels(frame: Frame) -> NDArray[Any]:
     if file.kind != "iu":
         return pixels
     allocated, stored = dtype.itemsize * 8, bits_stored(frame)
-    high = int((numbers_of(file.tags, "HighBit") or [stored - 1])[0])
+    high = int(number_in(file.tags, "HighBit", stored - 1))
     above = allocated - 1 - (high if stored - 1 <= high < allocated else stored - 1)
     if allocated == stored:
         return pixels
@@ -326,27 +329,19 @@ def _decoded(frame: Frame, dtype: np.dtype[np.generic]) -> NDArray[Any]:
             f"a DICOM file with pixels compressed as {UID(file.syntax).name}",
             "decompress the series first, for example with gdcmconv --raw",
         )
-    count = int((numbers_of(file.tags, "NumberOfFrames") or [1])[0] or 1)
-    with log_of("pydicom"):
-        try:
-            with file.open() as data:
-                data.seek(file.offset)
-                encoded = get_frame(data, frame.index, number_of_frames=count)
-            decode = getattr(imagecodecs, name)
-            if name == "dicomrle_decode":
-                flat = decode(encoded, dtype.newbyteorder("<"))
-                pixels = np.frombuffer(flat, dtype.newbyteorder("<"))
-            else:
-                _check_size(frame, name, encoded)
-                pixels = decode(encoded)
-        except (MemoryError, VolumeError):
-            raise
-        except (EOFError, IndexError):
-            raise truncated(file.path, "its compressed pixels stop before the end") from None
-        except Exception as error:
-            raise damaged(
-                file.path, f"its compressed pixels are invalid: {first_line(error)}"
-            ) from None
+    count = int(number_in(file.tags, "NumberOfFrames")) or 1
+    says, cut_off = "its compressed pixels are invalid: {}", (EOFError, IndexError)
+    with errors_of(file.path, says, "pydicom", cut_off=cut_off, missing=ENDS_EARLY):
+        with file.open() as data:
+            data.seek(file.offset)
+            encoded = get_frame(data, frame.index, number_of_frames=count)
+        decode = getattr(imagecodecs, name)
+        if name == "dicomrle_decode":
+            flat = decode(encoded, dtype.newbyteorder("<"))
+            pixels = np.frombuffer(flat, dtype.newbyteorder("<"))
+        else:
+            _check_size(frame, name, encoded)
+            pixels = decode(encoded)
     if pixels.size != frame.rows * frame.columns:
         raise damaged(file.path, f"its compressed pixels are {pixels.shape}")
     pixels = np.array(pixels.reshape(frame.rows, frame.columns))
@@ -361,29 +356,19 @@ def _check_size(frame: Frame, name: str, encoded: bytes) -> None:
     data = bytes(encoded)
     if name == "jpegls_decode" and not data.rstrip(b"\0").endswith(END_OF_IMAGE):
         # CharLS looks for the end for half a minute.
-        raise truncated(frame.file.path, "its compressed pixels stop before the end")
+        raise truncated(frame.file.path, ENDS_EARLY)
     found = None
-    if name in ("jpeg_decode", "ljpeg_decode", "jpegls_decode"):
-        place = 2
-        while place + 9 <= len(data) and data[place] == 0xFF:
-            marker = data[place + 1]
-            if marker in (0xC0, 0xC1, 0xC2, 0xC3, 0xF7):
-                found = (
-                    int.from_bytes(data[place + 5 : place + 7], "big"),
-                    int.from_bytes(data[place + 7 : place + 9], "big"),
-                )
-                break
-            place += 2 + int.from_bytes(data[place + 2 : place + 4], "big")
-    elif name == "jpeg2k_decode":
+    if name == "jpeg2k_decode":
         place = data.find(b"\xff\x4f\xff\x51")
-        if place >= 0:
-            x1, y1, x0, y0 = (
-                int.from_bytes(data[place + 8 + 4 * k : place + 12 + 4 * k], "big")
-                for k in range(4)
-            )
+        if 0 <= place <= len(data) - 24:
+            x1, y1, x0, y0 = struct.unpack_from(">4I", data, place + 8)
             found = (y1 - y0, x1 - x0)
     else:
-        return
+        place = 2
+        while place + 9 <= len(data) and data[place] == 0xFF and found is None:
+            marker, length, _, rows, columns = struct.unpack_from(">BHBHH", data, place + 1)
+            found = (rows, columns) if marker in (0xC0, 0xC1, 0xC2, 0xC3, 0xF7) else None
+            place += 2 + length
     if found != (frame.rows, frame.columns):
         raise damaged(frame.file.path, "its compressed pixels have another size than its tags")
 

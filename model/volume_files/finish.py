@@ -16,7 +16,7 @@ from model.scene.view import axis_labelled
 from model.scene.volume import Content, Volume, is_resolved
 from model.volume_files.checks import times
 from model.volume_files.choice import LARGEST, Choice, choice_notes, content
-from model.volume_files.grid import Grid, typed_spacing, typed_stretch
+from model.volume_files.grid import Grid, typed_spacing, typed_stretch, usable_origin
 from model.volume_files.label_names import told_apart
 
 Component = int | Literal["magnitude"]
@@ -63,7 +63,7 @@ def make_volume(path: Path, grid: Grid, choice: Choice = LARGEST) -> Volume:
         return Volume(
             grid.values,
             grid.spacing,
-            grid.origin,
+            usable_origin(grid.origin),
             readable_name(path),
             grid.units,
             grid.notes,

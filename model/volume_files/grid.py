@@ -25,7 +25,7 @@ class Grid:
 
     values: NDArray[np.generic]
     spacing: Triple = (1.0, 1.0, 1.0)
-    origin: Triple = (0.0, 0.0, 0.0)
+    origin: Sequence[float] = (0.0, 0.0, 0.0)
     units: str = ""
     notes: tuple[str, ...] = ()
     axis_labels: tuple[str, ...] = ()
@@ -190,23 +190,19 @@ def unit_directions(directions: NDArray[np.float64] | None) -> tuple[Triple, ...
 
 def frame_notes(directions: NDArray[np.float64]) -> tuple[str, ...]:
     """Describe the orientation of the grid in the file's space, unless it is the default."""
-    lengths = np.linalg.norm(directions, axis=1, keepdims=True)
-    if not np.isfinite(directions).all() or not (lengths > 0).all():
+    unit = np.array(unit_directions(directions))
+    if not unit.size:
         return ()
-    unit = directions / lengths
-    aligned = np.allclose(np.abs(unit).max(axis=1), 1.0, atol=1e-4)
-    notes = []
-    sheared = not np.allclose(unit @ unit.T, np.eye(3), atol=1e-2)
-    if sheared:
-        notes.append(
+    if not np.allclose(unit @ unit.T, np.eye(3), atol=1e-2):
+        return (
             "The grid's axes are not at right angles in the file's space; it is shown as if they "
-            "were, so its shape is wrong: resample it in the program that made it."
+            "were, so its shape is wrong: resample it in the program that made it.",
         )
-    elif not aligned:
-        notes.append("The grid lies oblique in the file's space; it is shown along its own axes.")
-    elif not np.allclose(unit, np.eye(3), atol=1e-2):
-        notes.append("The grid is turned in the file's space; it is shown along its own axes.")
-    return tuple(notes)
+    if not np.allclose(np.abs(unit).max(axis=1), 1.0, atol=1e-4):
+        return ("The grid lies oblique in the file's space; it is shown along its own axes.",)
+    if not np.allclose(unit, np.eye(3), atol=1e-2):
+        return ("The grid is turned in the file's space; it is shown along its own axes.",)
+    return ()
 
 
 OPPOSITES = {"R": "L", "L": "R", "A": "P", "P": "A", "S": "I", "I": "S"}
@@ -218,12 +214,9 @@ def axis_labels(directions: NDArray[np.float64] | None, space: str) -> tuple[str
     Row k of `directions` is the step along axis k in a space of axes such as ``"LPS"``. Empty when
     unknown.
     """
-    if directions is None or not is_space(space) or not np.isfinite(directions).all():
+    unit = np.array(unit_directions(directions))
+    if not unit.size or not is_space(space):
         return ()
-    lengths = np.linalg.norm(directions, axis=1, keepdims=True)
-    if not (lengths > 0).all():
-        return ()
-    unit = directions / lengths
     # Oblique grids: all three axes together, so that no two get the same name.
     order = max(
         itertools.permutations(range(3)),

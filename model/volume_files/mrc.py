@@ -12,7 +12,7 @@ from model.scene.volume import FileFacts
 from model.volume_files.blocks import read_part, unpacked_start
 from model.volume_files.checks import check_grid, damaged, log_of, not_a, unsupported
 from model.volume_files.choice import LARGEST, Choice, chosen
-from model.volume_files.grid import Grid, usable_origin, usable_spacing
+from model.volume_files.grid import Grid, placed
 
 SUFFIXES = (".mrc", ".rec", ".map", ".ccp4", ".mrcs", ".st", ".ali", ".mrc.gz", ".map.gz")
 HEAD = 1024
@@ -42,16 +42,10 @@ def read_mrc(path: Path, choice: Choice = LARGEST) -> Grid:
         values = values.astype(np.float32)
     values, axes = _in_order(path, header, values)
     spacing, origin, unit, notes = _frame(header, axes)
-    sizes, spacing_notes = usable_spacing(spacing)
     if int(header["ispg"]) == 0 and nz > 1:
         notes += ("The file says that it is a stack of images, not a volume.",)
-    return Grid(
-        values,
-        sizes,
-        usable_origin(origin),
-        notes=notes + spacing_notes,
-        facts=FileFacts("MRC", unit, contents=listed),
-    )
+    facts = FileFacts("MRC", unit, contents=listed)
+    return placed(Grid(values, origin=origin, notes=notes, facts=facts), spacing)
 
 
 def _header(path: Path, start: bytes) -> tuple[np.ndarray, str]:

@@ -17,7 +17,7 @@ from model.volume_files.arrays import rescaled
 from model.volume_files.blocks import read_part, unpacked_start
 from model.volume_files.checks import check_grid, damaged, errors_of, not_a, unsupported
 from model.volume_files.choice import LARGEST, Choice, chosen
-from model.volume_files.grid import Grid, placed, unit_name, usable_origin
+from model.volume_files.grid import Grid, placed, unit_name
 from model.volume_files.label_names import LONGEST, snap_labels, workbench_labels
 
 if TYPE_CHECKING:
@@ -86,7 +86,7 @@ def read_nifti(path: Path, choice: Choice = LARGEST) -> Grid:
     steps = None if head.spacing is None else [abs(size) for size in head.spacing]
     grid = Grid(
         values,
-        origin=usable_origin(head.origin),
+        origin=head.origin,
         notes=notes,
         facts=FileFacts(
             head.format,

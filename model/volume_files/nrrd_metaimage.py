@@ -35,7 +35,6 @@ from model.volume_files.grid import (
     is_space,
     placed,
     unit_name,
-    usable_origin,
 )
 from model.volume_files.label_names import slicer_segments
 
@@ -180,7 +179,7 @@ def read_nrrd(path: Path, choice: Choice = LARGEST) -> Grid:
         notes += ("The file does not say the order of bytes; little-endian is assumed.",)
     grid = Grid(
         values,
-        origin=usable_origin(origin),
+        origin=origin,
         units=head.fields.get("sampleunits", "").strip('"'),
         notes=notes,
         facts=FileFacts(
@@ -370,7 +369,7 @@ def read_metaimage(path: Path, choice: Choice = LARGEST) -> Grid:
         labels = axis_labels(np.eye(3), "".join(OPPOSITES[letter] for letter in letters))
     grid = Grid(
         read_block(block),
-        origin=usable_origin(origin),
+        origin=origin,
         axis_labels=labels,
         facts=FileFacts(
             "MetaImage", unit_name(head.fields.get("DistanceUnits", "")), contents=listed

@@ -15,7 +15,7 @@ from model.errors import VolumeError
 from model.scene.volume import FileFacts, Triple
 from model.volume_files.blocks import Block, read_block
 from model.volume_files.checks import check_grid, readable_size, times, unreadable
-from model.volume_files.grid import Grid, usable_spacing
+from model.volume_files.grid import Grid, placed
 
 LONGEST_HEADER = 1 << 16  # most bytes that are taken for a header
 
@@ -124,8 +124,7 @@ def read_raw(path: Path, layout: RawLayout | None) -> Grid:
         said = fit_sentence(layout, layout.nbytes + more)
         raise VolumeError(f"{path}: {said}", **suggested)
     values = read_block(Block(path, layout.dimensions[::-1], layout.dtype, layout.offset))
-    spacing, notes = usable_spacing(layout.spacing)
-    return Grid(values, spacing, notes=notes, facts=FileFacts("raw"))
+    return placed(Grid(values, facts=FileFacts("raw")), layout.spacing)
 
 
 # --- layouts by names ---------------------------------------------------------------------
@@ -271,10 +270,10 @@ def _gray(values: NDArray[np.float64], usable: NDArray[np.bool_]) -> NDArray[np.
     if low == high:
         # Few voxels differ from the background: show those.
         low, high = values[usable].min(), values[usable].max()
-    with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
-        unit = np.clip(values / 2 - low / 2, 0, None) / (high / 2 - low / 2)
-    unit = np.where(usable, np.nan_to_num(unit, posinf=1.0), 0.0)
-    return np.rint(255 * np.clip(unit, 0.0, 1.0)).astype(np.uint8)
+    # Halves, as a whole range may be more than a number can hold.
+    high = np.inf if low == high else high
+    shades = np.interp(values / 2, (low / 2, high / 2), (0.0, 255.0))
+    return np.rint(np.where(usable, shades, 0.0)).astype(np.uint8)
 
 
 def fit_sentence(layout: RawLayout, present: int) -> str:
