@@ -142,13 +142,10 @@ def choice_notes(contents: Sequence[Content]) -> tuple[str, ...]:
             rest = ", ".join(others[:MOST_LISTED])
             left = len(others) - MOST_LISTED
             rest = f"also there: {rest}" + (f" and {left} more" if left > 0 else "")
-        sizes = "" if len({content.dimensions for content in alike}) == 1 else _size(read)
-        notes.append(f"Of {len(alike)} {PLURALS[kind]} '{read.name}' is read{sizes}; {rest}.")
+        sizes = len({content.dimensions for content in alike})
+        size = f" ({times(read.dimensions)})" if sizes > 1 else ""
+        notes.append(f"Of {len(alike)} {PLURALS[kind]} '{read.name}' is read{size}; {rest}.")
     return tuple(notes)
-
-
-def _size(content: Content) -> str:
-    return f" ({times(content.dimensions)})"
 
 
 def describe(volume: Volume) -> list[tuple[str, str]]:

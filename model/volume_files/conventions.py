@@ -20,7 +20,7 @@ Coordinates = Mapping[str, tuple[NDArray[Any], Attributes]]
 
 EVEN = 1e-2  # relative difference up to which steps of a coordinate count as equal
 NEXT_TO = 1e-6  # share of a missing voxel in an interpolated one from which on it is missing, too
-_PACKING = ("_FillValue", "missing_value", "scale_factor", "add_offset")
+_FILLS, _SCALES = ("_FillValue", "missing_value"), ("scale_factor", "add_offset")
 _TEXTS = ("units", "positive", "axis", "standard_name")
 _LETTERS = {"longitude": "x", "latitude": "y", "vertical": "z", "time": "t"}
 _PRESSURE = ("pa", "hpa", "kpa", "mb", "mbar", "millibar", "millibars", "bar", "dbar", "decibar")
@@ -81,7 +81,7 @@ def axes_of(names: tuple[str, ...], coordinates: Coordinates) -> list[Axis]:
     from cf_xarray.criteria import regex
 
     stored = {
-        name: ((name,), values, _attributes(attributes, values.dtype))
+        name: ((name,), values, _packing(attributes, values.dtype) | _texts(attributes))
         for name, (values, attributes) in coordinates.items()
         if values.dtype.kind in "iuf"
     }
@@ -136,26 +136,21 @@ def decoded(
     dtype = values.dtype
     if dtype.kind not in "iuf":
         return values, None, ()
-    packing = _attributes(attributes, dtype)
-    for name in _TEXTS:
-        packing.pop(name, None)
-    if is_netcdf and not packing.keys() & {"_FillValue", "missing_value"}:
+    packing = _packing(attributes, dtype)
+    if is_netcdf and not packing.keys() & {*_FILLS}:
         default = DEFAULT_FILLS.get(dtype.str[1:])
         if default is not None and (values == dtype.type(default)).any():
             packing["_FillValue"] = dtype.type(default)
     missing: NDArray[np.bool_] | None = None
     found = values
     if packing:
-        is_scaled = bool(packing.keys() & {"scale_factor", "add_offset"})
-        has_fills = bool(packing.keys() & {"_FillValue", "missing_value"})
-        if is_scaled:
-            kind = (
-                np.dtype(np.float32) if dtype.itemsize <= 2 else _unpacked(values[0], packing).dtype
-            )
+        if packing.keys() & {*_SCALES}:
+            is_small = dtype.itemsize <= 2
+            kind = np.dtype(np.float32) if is_small else _unpacked(values[0], packing).dtype
             found = np.empty(values.shape, kind)
         else:
             found = values.view(f"u{dtype.itemsize}" if "_Unsigned" in packing else dtype)
-        missing = np.zeros(values.shape, bool) if has_fills else None
+        missing = np.zeros(values.shape, bool) if packing.keys() & {*_FILLS} else None
         # Plane by plane, as the numbers in between take more memory than the volume.
         for k, plane in enumerate(values):
             numbers = _unpacked(plane, packing)
@@ -166,10 +161,11 @@ def decoded(
     outside = _outside(found, dtype, attributes, packing)
     if outside is None or not outside.any():
         return found, missing, ()
-    if (outside if missing is None else outside | missing).all():
+    both = outside if missing is None else outside | missing
+    if both.all():
         note = "The file's valid range holds none of its values; it is left aside."
         return found, missing, (note,)
-    return found, outside if missing is None else outside | missing, ()
+    return found, both, ()
 
 
 def _unpacked(values: NDArray[Any], packing: dict[str, Any]) -> NDArray[Any]:
@@ -233,20 +229,25 @@ def evened(
     return result, back, replace(axis, numbers=new), note
 
 
-def _attributes(attributes: Attributes, dtype: np.dtype[Any]) -> dict[str, Any]:
-    """Return the attributes that xarray is to decode, as numbers of the right type and texts."""
+def _texts(attributes: Attributes) -> dict[str, str]:
+    """Return the attributes that say what an axis is."""
+    texts = {name: attribute_text(attributes, name) for name in _TEXTS}
+    return {name: text for name, text in texts.items() if text}
+
+
+def _packing(attributes: Attributes, dtype: np.dtype[Any]) -> dict[str, Any]:
+    """Return the attributes that xarray is to decode, as numbers of the right type."""
     found: dict[str, Any] = {}
-    for name in _PACKING[:2]:
+    for name in _FILLS:
         fills = [fill for n in attribute_numbers(attributes, name) for fill in _fill(n, dtype)]
         if fills:
             found[name] = fills[0] if len(fills) == 1 else np.array(fills)
-    slope, offset = (attribute_number(attributes, name) for name in _PACKING[2:])
+    slope, offset = (attribute_number(attributes, name) for name in _SCALES)
     found |= {"scale_factor": slope} if slope not in (None, 0.0, 1.0) else {}
     found |= {"add_offset": offset} if offset else {}
     if attribute_text(attributes, "_Unsigned").lower() == "true" and dtype.kind == "i":
         found["_Unsigned"] = "true"
-    texts = {name: attribute_text(attributes, name) for name in _TEXTS}
-    return found | {name: text for name, text in texts.items() if text}
+    return found
 
 
 def _fill(number: float, dtype: np.dtype[Any]) -> list[Any]:
@@ -256,11 +257,8 @@ def _fill(number: float, dtype: np.dtype[Any]) -> list[Any]:
     if not math.isfinite(number):
         return []
     wide = 1 << (8 * dtype.itemsize)
-    return (
-        [np.array(int(number) % wide, f"u{dtype.itemsize}").astype(dtype)[()]]
-        if (-wide // 2 <= number < wide)
-        else []
-    )
+    fill = np.array(int(number) % wide, f"u{dtype.itemsize}").astype(dtype)
+    return [fill[()]] if -wide // 2 <= number < wide else []
 
 
 def attribute_number(attributes: Attributes, *names: str) -> float | None:

@@ -41,13 +41,9 @@ MOST_GAPS = 0.2  # share of distances up to which larger ones are gaps, not a ch
 
 
 _KINDS = {
-    "MONOCHROME1": (
-        "The file shows its lowest value as white (MONOCHROME1); the values are as stored, not "
-        "inverted.",
-    ),
-    "PALETTE COLOR": (
-        "The colours of the file's look-up table are left out; its indices are read.",
-    ),
+    "MONOCHROME1": "The file shows its lowest value as white (MONOCHROME1); the values are as "
+    "stored, not inverted.",
+    "PALETTE COLOR": "The colours of the file's look-up table are left out; its indices are read.",
 }
 
 
@@ -78,11 +74,12 @@ def read_stack(images: Sequence[Frame]) -> Grid:
                 missing = np.zeros(values.shape, bool)
             missing[z] = padding
     units = {frame.units for frame in frames}
+    said = _KINDS.get(first.file.text("PhotometricInterpretation"))
     grid = Grid(
         values,
         origin=first.position or (0.0, 0.0, 0.0),
         units=units.pop() if len(units) == 1 else "",
-        notes=order.notes + _KINDS.get(first.file.text("PhotometricInterpretation"), ()),
+        notes=order.notes + ((said,) if said else ()),
         missing=missing,
         facts=FileFacts("DICOM", "mm" if first.spacing else ""),
     )

@@ -29,6 +29,7 @@ FAR, TAIL = 4.0, 0.001
 """Distance from the others from which on a value is far away, in widths of the others' range,
 and the share of them at each end that does not count for it."""
 
+ONLY_COMPONENT = "the volume has one, number 0."
 FEWEST_OTHERS = 16  # different values that the others must have: labels have no fill value
 
 _LAYOUT_SUFFIX = re.compile(r"[\W_]*\d+x\d+x\d+([\W_].*)?$", re.IGNORECASE)
@@ -105,12 +106,10 @@ def _as_typed(grid: Grid, choice: Choice) -> Grid:
 
 def finished(path: Path, grid: Grid, component: Component | None) -> Grid:
     """Reduce a grid to finite scalars; missing voxels have the smallest value of the others."""
-    chosen, component_notes = _chosen_component(grid, component)
-    scalars = _one_component(path, grid.values, chosen)
-    contents = grid.facts.contents + _components(grid, scalars, chosen)
+    scalars, listed, component_notes = _one_component(path, grid, component)
     scalars, missing, missing_notes = _without_missing(path, scalars, grid.missing)
     scalars, offset_notes = _without_offset(scalars)
-    facts = replace(grid.facts, contents=contents)
+    facts = replace(grid.facts, contents=grid.facts.contents + listed)
     notes = choice_notes(grid.facts.contents) + grid.notes
     notes += component_notes + missing_notes + offset_notes
     return replace(grid, values=scalars, missing=missing, facts=facts, notes=notes)
@@ -143,21 +142,42 @@ def readable_name(path: Path) -> str:
 
 
 def _one_component(
-    path: Path, values: NDArray[np.generic], component: Component | None
-) -> NDArray[np.generic]:
-    """Reduce components to scalars, C-contiguous and without an unnecessary copy."""
-    count = values.shape[3] if values.ndim == 4 else 1
-    last = count - 1
-    if component == "magnitude" and count > 1:
-        return _magnitude(values)
-    if isinstance(component, int) and not 0 <= component < count:
-        raise VolumeError(
-            f"{path}: there is no component {component}; "
-            + (f"choose 0 to {last} or magnitude." if last else "the volume has one, number 0.")
+    path: Path, grid: Grid, component: Component | None
+) -> tuple[NDArray[np.generic], tuple[Content, ...], tuple[str, ...]]:
+    """Reduce components to scalars, C-contiguous; also list the components, with notes.
+
+    Where nothing is chosen it is the magnitude of vectors and colours, else the first.
+    """
+    values = grid.values if grid.values.ndim == 4 else grid.values[..., None]
+    count, notes = values.shape[3], tuple[str, ...]()
+    if component is None and count > 1:
+        is_vector = count <= MOST_IN_MAGNITUDE and not grid.facts.is_labels
+        component = "magnitude" if is_vector else 0
+        what = "their magnitude is read" if is_vector else "component 0 is read"
+        notes = (
+            f"Every voxel has {count} components; {what}, and 0 to {count - 1} can be chosen.",
         )
-    if values.ndim == 4:
-        values = values[..., component if isinstance(component, int) else 0]
-    return _in_order_of_slices(values)
+    if isinstance(component, int) and component >= count:
+        there = f"choose 0 to {count - 1} or magnitude." if count > 1 else ONLY_COMPONENT
+        raise VolumeError(f"{path}: there is no component {component}; {there}")
+    if component == "magnitude" and count > 1:
+        scalars = _magnitude(values)
+    else:
+        number = component if isinstance(component, int) else 0
+        scalars = _in_order_of_slices(values[..., number])
+    names = [*map(str, range(count)), "magnitude"] if count > 1 else []
+    types = {"magnitude": _magnitude_type(values.dtype)}
+    listed = (
+        content(
+            "component",
+            name,
+            scalars.shape[::-1],
+            types.get(name, values.dtype),
+            name == str(component),
+        )
+        for name in names
+    )
+    return scalars, tuple(listed), notes
 
 
 def _in_order_of_slices(values: NDArray[np.generic]) -> NDArray[np.generic]:
@@ -184,35 +204,6 @@ def _magnitude(values: NDArray[np.generic]) -> NDArray[np.generic]:
 
 def _magnitude_type(dtype: np.dtype[np.generic]) -> np.dtype[np.generic]:
     return np.dtype(np.float32 if np.can_cast(dtype, np.float32) else np.float64)
-
-
-def _chosen_component(
-    grid: Grid, component: Component | None
-) -> tuple[Component | None, tuple[str, ...]]:
-    """Choose the magnitude of vectors and colours where nothing is chosen, else the first."""
-    count = grid.values.shape[3] if grid.values.ndim == 4 else 1
-    if component is not None or count == 1:
-        return component, ()
-    is_vector = count <= MOST_IN_MAGNITUDE and not grid.facts.is_labels
-    chosen: Component = "magnitude" if is_vector else 0
-    what = "component 0 is read" if chosen == 0 else "their magnitude is read"
-    note = f"Every voxel has {count} components; {what}, and 0 to {count - 1} can be chosen."
-    return chosen, (note,)
-
-
-def _components(
-    grid: Grid, scalars: NDArray[np.generic], chosen: Component | None
-) -> tuple[Content, ...]:
-    """List the components, and their magnitude."""
-    if grid.values.ndim < 4 or grid.values.shape[3] == 1:
-        return ()
-    nz, ny, nx = scalars.shape
-    kinds = [(str(k), grid.values.dtype) for k in range(grid.values.shape[3])]
-    kinds.append(("magnitude", _magnitude_type(grid.values.dtype)))
-    return tuple(
-        content("component", name, (nx, ny, nz), dtype, name == str(chosen))
-        for name, dtype in kinds
-    )
 
 
 def _without_missing(
@@ -288,27 +279,17 @@ def _share(count: int, size: int) -> str:
 
 def _filled(scalars: NDArray[np.generic], missing: NDArray[np.bool_]) -> NDArray[np.generic]:
     """Give missing voxels the smallest value of the others, in place where that is allowed."""
-    lowest = None
-    for plane, absent in zip(scalars, missing, strict=True):
-        present = plane[~absent]
-        if present.size:
-            low = present.min()
-            lowest = low if lowest is None or low < lowest else lowest
+    planes = zip(scalars, missing, strict=True)
+    lowest = min(plane[~absent].min() for plane, absent in planes if not absent.all())
     if not scalars.flags.writeable:
         scalars = scalars.copy()
-    np.copyto(scalars, lowest, where=missing)  # type: ignore[arg-type]
+    np.copyto(scalars, lowest, where=missing)
     return scalars
 
 
 def _not_finite(scalars: NDArray[np.generic]) -> NDArray[np.bool_] | None:
     """Mark NaN and infinite voxels; None if there are none."""
-    if scalars.dtype.kind != "f":
+    if scalars.dtype.kind != "f" or all(np.isfinite(plane).all() for plane in scalars):
         return None
-    bad: NDArray[np.bool_] | None = None
-    for z, plane in enumerate(scalars):
-        finite = np.isfinite(plane)
-        if not finite.all():
-            if bad is None:
-                bad = np.zeros(scalars.shape, bool)
-            bad[z] = ~finite
+    bad: NDArray[np.bool_] = ~np.isfinite(scalars)
     return bad

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from model.errors import VolumeError
 from model.scene.volume import FileFacts, Triple
+from model.volume_files.checks import number_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,24 +67,18 @@ def unit_name(text: str) -> str:
 def typed_spacing(text: str) -> tuple[Triple, str]:
     """Parse a spacing along x, y and z and its unit, such as ``"0.5,0.5,2 um"``, or refuse it."""
     numbers, _, unit = text.strip().replace(", ", ",").partition(" ")
-    try:
-        x, y, z = (float(word) for word in numbers.split(","))
-    except ValueError:
-        x = y = z = math.nan
-    if not all(SMALLEST_SPACING < step < LARGEST_SPACING for step in (x, y, z)):
+    steps = [number_of(word) or 0.0 for word in numbers.split(",")]
+    if len(steps) != 3 or not all(SMALLEST_SPACING < step < LARGEST_SPACING for step in steps):
         raise VolumeError(
             f"'{text}' is not a voxel spacing; give three numbers above 0 along x, y and z, and "
             "their unit if it is known, such as 0.5,0.5,2 or '0.5,0.5,2 um'."
         )
-    return (x, y, z), unit_name(unit)
+    return (steps[0], steps[1], steps[2]), unit_name(unit)
 
 
 def typed_stretch(text: str) -> float:
     """Parse how many times as long as its spacing says z is drawn; refuse other texts."""
-    try:
-        factor = float(text)
-    except ValueError:
-        factor = math.nan
+    factor = number_of(text) or 0.0
     if not 1 / MOST_STRETCHED <= factor <= MOST_STRETCHED:
         raise VolumeError(
             f"'{text}' is not a stretch of z; give how many times as long as its spacing says z is "
@@ -102,12 +97,8 @@ def in_one_unit(
     if all(name == unit for name in known):
         return list(lengths), unit, ()
     if any(name.lower() not in METRES for name in known):
-        text = ", ".join(name or "none" for name in names)
-        return (
-            list(lengths),
-            "",
-            (f"The units of the axes differ ({text}); they are taken as one.",),
-        )
+        note = f"{_differing(names)}; they are taken as one."
+        return list(lengths), "", (note,)
     scale = METRES[unit.lower()]
     converted = [
         None if length is None else float(length * METRES[name.lower()] / scale)
@@ -116,13 +107,15 @@ def in_one_unit(
     return converted, unit, ()
 
 
+def _differing(units: Sequence[str]) -> str:
+    return f"The units of the axes differ ({', '.join(unit or 'none' for unit in units)})"
+
+
 def proposed_stretch(
     lengths: Sequence[float | None], dimensions: Sequence[int], units: Sequence[str]
 ) -> tuple[float, str]:
     """Propose a stretch of z, whose unit is another than that of x and y, and say so."""
-    differ = "The units of the axes differ ({})".format(
-        ", ".join(unit_name(unit) or "none" for unit in units)
-    )
+    differ = _differing([unit_name(unit) for unit in units])
     x, y, z = (abs(length or 0.0) * (n - 1) for length, n in zip(lengths, dimensions, strict=True))
     widest = max(x, y)
     if not z or not widest or HEIGHTS[0] <= z / widest <= HEIGHTS[1]:

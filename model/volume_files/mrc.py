@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from model.errors import first_line
 from model.scene.volume import FileFacts
@@ -32,30 +33,30 @@ def read_mrc(path: Path, choice: Choice = LARGEST) -> Grid:
     nz //= count
     check_grid(path, (nx, ny, nz), dtype, values_each * count)
     number, listed = chosen(path, "series", count, choice, (nx, ny, nz), dtype)
-    extended = int(header["nsymbt"])
-    size = nx * ny * nz * values_each * dtype.itemsize
-    place = HEAD + max(extended, 0) + number * size
     shape = (nz, ny, nx, values_each) if values_each > 1 else (nz, ny, nx)
-    stored = np.dtype(f"{order}{dtype.str[1:]}")
-    values = read_part(path, shape, stored, place)
+    place = HEAD + max(int(header["nsymbt"]), 0) + number * math.prod(shape) * dtype.itemsize
+    values = read_part(path, shape, dtype.newbyteorder(order), place)
     if dtype == np.float16:
         values = values.astype(np.float32)
-    values, axes = _in_order(path, header, values)
-    spacing, origin, unit, notes = _frame(header, axes)
+    x, y, z = places = _places(path, header)
+    # The file's axis k, fastest first, is the array's axis 2 - k.
+    values = np.transpose(values, [2 - z, 2 - y, 2 - x, *range(3, values.ndim)])
+    spacing, origin, unit, notes = _frame(header, places)
     if int(header["ispg"]) == 0 and nz > 1:
         notes += ("The file says that it is a stack of images, not a volume.",)
     facts = FileFacts("MRC", unit, contents=listed)
     return placed(Grid(values, origin=origin, notes=notes, facts=facts), spacing)
 
 
-def _header(path: Path, start: bytes) -> tuple[np.ndarray, str]:
+def _header(path: Path, start: bytes) -> tuple[np.ndarray, Literal["<", ">"]]:
     """Return the header, and the byte order of the file."""
     from mrcfile.dtypes import HEADER_DTYPE
 
     foreign = not_a(path, "an MRC file, or its header is truncated")
     if len(start) < HEAD:
         raise foreign
-    for order in "<>":
+    orders: tuple[Literal["<", ">"], ...] = ("<", ">")
+    for order in orders:
         header = np.frombuffer(start[:HEAD], HEADER_DTYPE.newbyteorder(order))[0]
         axes = sorted(int(header[name]) for name in ("mapc", "mapr", "maps"))
         sizes = [int(header[name]) for name in ("nx", "ny", "nz")]
@@ -79,34 +80,24 @@ def _type(path: Path, header: np.ndarray, mode: int) -> tuple[int, np.dtype[np.g
         is_wide = 0 <= float(header["dmin"]) <= 127 < float(header["dmax"]) <= 255
         if not words[39] & 1 if is_stamped else is_wide:
             return 1, np.dtype(np.uint8)
-    with log_of("mrcfile"):
-        try:
+    try:
+        with log_of("mrcfile"):
             dtype = np.dtype(dtype_from_mode(mode))
-        except Exception as error:
-            raise unsupported(
-                path,
-                f"an MRC file of mode {mode} ({first_line(error)})",
-                "convert it with newstack",
-            ) from None
+    except Exception as error:
+        what = f"an MRC file of mode {mode} ({first_line(error)})"
+        raise unsupported(path, what, "convert it with newstack") from None
     if dtype.kind == "c":
         return 2, np.dtype(np.float32)
     return 1, dtype
 
 
-def _in_order(
-    path: Path, header: np.ndarray, values: NDArray[np.generic]
-) -> tuple[NDArray[np.generic], list[int]]:
-    """Put the axes into the order z, y, x; also return which file axis each of x, y, z was."""
+def _places(path: Path, header: np.ndarray) -> list[int]:
+    """Return which of the file's axes, fastest first, each of x, y and z is."""
     axes = [int(header[name]) for name in ("mapc", "mapr", "maps")]
-    if axes == [0, 0, 0]:
-        axes = [1, 2, 3]
+    axes = axes if any(axes) else [1, 2, 3]
     if sorted(axes) != [1, 2, 3]:
         raise damaged(path, f"its axes are {axes}, not 1, 2 and 3 in some order")
-    places = [axes.index(k) for k in (1, 2, 3)]
-    # The file's axis k, fastest first, is the array's axis 2 - k.
-    order = [2 - places[2], 2 - places[1], 2 - places[0]]
-    rest = list(range(3, values.ndim))
-    return np.transpose(values, [*order, *rest]), places
+    return [axes.index(k) for k in (1, 2, 3)]
 
 
 def _frame(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from glob import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -131,9 +132,8 @@ def _head(path: Path) -> _Head:
     try:
         dtype = header.get_data_dtype()
     except KeyError:
-        raise damaged(
-            path, f"its data type {int(header['datatype'])} is none of {form}'s"
-        ) from None
+        how = f"its data type {int(header['datatype'])} is none of {form}'s"
+        raise damaged(path, how) from None
     shape = tuple(int(n) for n in header.get_data_shape())
     place = header_file if is_single else voxel_file
     sizes = [float(size) for size in header["pixdim"][1:4]]
@@ -157,7 +157,7 @@ def _analyze_scaling(header: AnalyzeHeader, path: Path) -> tuple[float, tuple[st
     """Return the factor that SPM writes into a head of Analyze's, and what is to be said."""
     notes: tuple[str, ...] = ()
     if path.name.lower().endswith((".nii", ".nii.gz")):
-        notes = (
+        notes += (
             "The head lacks the mark of NIfTI and is read as one of Analyze's, which says nothing "
             "of orientation.",
         )
@@ -174,26 +174,21 @@ def _pair(path: Path) -> tuple[Path, Path]:
         # One that is known by its content may have any name.
         return path, path
     stem = path.name[: name.rindex(".img" if ".img" in name else ".hdr")]
-    siblings = {each.name.lower(): each for each in path.parent.glob(f"{_quoted(stem)}.*")}
+    siblings = {each.name.lower(): each for each in path.parent.glob(f"{escape(stem)}.*")}
     header = siblings.get(f"{stem.lower()}.hdr")
     voxels = siblings.get(f"{stem.lower()}.img") or siblings.get(f"{stem.lower()}.img.gz")
-    for found, wanted in ((header, ".hdr"), (voxels, ".img")):
-        if found is None:
-            raise VolumeError(
-                f"{path}: an Analyze or NIfTI pair needs the file {stem}{wanted} next to it; "
-                "put it there, or open the file as raw if it is none."
-            )
+    if header is None or voxels is None:
+        raise VolumeError(
+            f"{path}: an Analyze or NIfTI pair needs the file {stem}{'.img' if header else '.hdr'} "
+            "next to it; put it there, or open the file as raw if it is none."
+        )
+    for found in (header, voxels):
         if not found.resolve().is_relative_to(path.parent.resolve()):
             raise VolumeError(
                 f"{found}: it is a link that leads out of its folder, from which nothing is "
                 "read; put the file itself here."
             )
-    assert header is not None and voxels is not None
     return header, voxels
-
-
-def _quoted(name: str) -> str:
-    return "".join(f"[{letter}]" if letter in "*?[" else letter for letter in name)
 
 
 def _nifti_header(path: Path, start: bytes) -> tuple[Any, str]:
@@ -215,9 +210,8 @@ def _nifti_header(path: Path, start: bytes) -> tuple[Any, str]:
         raise not_a(path, "a NIfTI file, or its header is truncated")
     _, _, kind, name, size = found
     header = kind(start[:size], check=False)
-    if any(int(n) < 0 for n in header["dim"]):
-        axis = next(k for k, n in enumerate(header["dim"]) if n < 0)
-        raise damaged(path, f"its dimension {axis} is negative")
+    if negative := [axis for axis, n in enumerate(header["dim"]) if n < 0]:
+        raise damaged(path, f"its dimension {negative[0]} is negative")
     if not 1 <= int(header["dim"][0]) <= 7:
         raise damaged(path, f"it claims {int(header['dim'][0])} dimensions")
     return header, name
@@ -279,17 +273,15 @@ def _affine(header: Any, name: str) -> NDArray[np.float64] | None:
 def _differences(sform: NDArray[np.float64], qform: NDArray[np.float64]) -> tuple[str, ...]:
     """Say in what the two matrices disagree."""
     s, q = sform[:3, :3], qform[:3, :3]
+    s_unit, q_unit = (each / np.linalg.norm(each, axis=0) for each in (s, q))
     if np.linalg.det(s) * np.linalg.det(q) < 0:
         what = "are mirror images of one another"
+    elif not np.allclose(s_unit, q_unit, atol=1e-2):
+        what = "turn the grid differently"
+    elif not np.allclose(sform[:3, 3], qform[:3, 3], atol=float(np.abs(s).max())):
+        what = "place the grid differently"
     else:
-        s_unit, q_unit = s / np.linalg.norm(s, axis=0), q / np.linalg.norm(q, axis=0)
-        size = float(np.abs(s).max())
-        if not np.allclose(s_unit, q_unit, atol=1e-2):
-            what = "turn the grid differently"
-        elif not np.allclose(sform[:3, 3], qform[:3, 3], atol=size):
-            what = "place the grid differently"
-        else:
-            return ()
+        return ()
     return (f"The file's sform and qform {what}; the sform holds.",)
 
 

@@ -6,7 +6,7 @@ import math
 import re
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Literal
+from typing import Literal, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from model.errors import VolumeError
 from model.scene.volume import FileFacts, Triple
 from model.volume_files.blocks import Block, read_block
-from model.volume_files.checks import check_grid, readable_size, times, unreadable
+from model.volume_files.checks import check_grid, number_of, readable_size, times, unreadable
 from model.volume_files.grid import Grid, placed
 
 LONGEST_HEADER = 1 << 16  # most bytes that are taken for a header
@@ -78,13 +78,10 @@ class RawLayout:
             return None
         order: ByteOrder = "big" if _BIG.intersection(words) else "little"
         spacing, skipped = _SPACING.search(text), _OFFSET.search(text)
-        sizes: Triple | None = None
-        if spacing is not None:
-            try:
-                x, y, z = (float(number) for number in spacing.groups())
-            except ValueError:
-                return None
-            sizes = x, y, z
+        steps = [number_of(word) for word in spacing.groups()] if spacing else []
+        if None in steps:
+            return None
+        sizes = cast(Triple | None, tuple(steps) or None)
         return cls((nx, ny, nz), types[0], order, sizes, int(skipped[1]) if skipped else 0)
 
     @property
