@@ -187,8 +187,11 @@ class EngineClient(QObject):
         assert channel.name not in self._channels, channel.name
         self._channels[channel.name] = channel
 
-    def start(self, factory: Callable[[], Engine], busy_text: str) -> None:
-        """Replace the engine by one built by `factory` in a new worker thread."""
+    def start(self, factory: Callable[..., Engine], busy_text: str) -> None:
+        """Replace the engine by one built by `factory` in a new worker thread.
+
+        Where requests have settings, it builds an engine of them, too.
+        """
         self.stop()
         self._takes_requests = True
         self._is_built = False
@@ -230,6 +233,11 @@ class EngineClient(QObject):
         self._early.pop(channel, None)
         if self._worker is not None:
             self._worker.abandon(channel)
+
+    def free(self) -> None:
+        """Close what was built for requests with settings, once it has answered."""
+        if self._worker is not None:
+            self._worker.free()
 
     def wait(self, text: str) -> None:
         """Stop the engine and enter the waiting state with an explanation."""
@@ -309,8 +317,9 @@ class EngineClient(QObject):
     def _take_result(self, result: Result) -> None:
         request = result.request
         image = result.image
-        self.description = self.description if image is None else image.by or self.description
-        self.remark = result.remark or self.remark
+        if request.settings is None:
+            self.description = self.description if image is None else image.by or self.description
+            self.remark = result.remark or self.remark
         if not self._takes_requests:
             return
         if request.channel != IMAGES:

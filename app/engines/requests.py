@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,9 @@ from model.scene.inputs import SceneInputs
 from model.scene.region import ImageRegion
 from model.scene.scene import Scene
 from model.sensitivity.display import Measure
+
+if TYPE_CHECKING:
+    from app.engines.engines import ReferenceSettings
 
 IMAGES = "images"  # name of the channel whose images an engine's pane shows
 IMAGES_B = "images of B"  # of the scene that the pane B compares with that of A
@@ -89,6 +92,8 @@ class Request(ABC):
 
     inputs: SceneInputs
     quality: Quality
+    # Of an engine to draw by; None for the one that the client has started.
+    settings: ReferenceSettings | None = field(default=None, kw_only=True)
     # No part of the question: a number that increases with every request, and the channel's name.
     sequence: int = field(default=0, compare=False, kw_only=True)
     channel: str = field(default=IMAGES, compare=False, kw_only=True)

@@ -6,6 +6,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from functools import partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 from PySide6.QtCore import QObject, Qt, Signal, Slot
@@ -20,6 +21,9 @@ from app.engines.messages import (
 )
 from app.engines.requests import Engine, Image, Request, SupersededError, Watch
 
+if TYPE_CHECKING:
+    from app.engines.engines import ReferenceSettings
+
 THREAD_PREFIX = "tfscope-"
 
 PROGRESS_S = 0.1  # time between two messages of an answer's progress
@@ -32,7 +36,7 @@ class Mailbox:
         self._changed = threading.Condition()
         self._slots: dict[str, Request] = {}
         self._abandoned: set[str] = set()
-        self._closed = False
+        self._closed = self._is_woken = False
 
     def put(self, request: Request) -> None:
         """Put a request, replacing any of its channel that has not been taken yet."""
@@ -42,14 +46,23 @@ class Mailbox:
             self._changed.notify()
 
     def take(self, waits: bool = True) -> Request | None:
-        """Remove the request of the channel which has waited longest."""
+        """Remove the request of the channel which has waited longest; None once it is woken."""
         with self._changed:
-            self._changed.wait_for(lambda: self._closed or self._slots or not waits)
+            self._changed.wait_for(
+                lambda: self._closed or self._slots or self._is_woken or not waits
+            )
+            self._is_woken = self._is_woken and not waits
             if self._closed or not self._slots:
                 return None
             channel = next(iter(self._slots))
             self._abandoned.discard(channel)
             return self._slots.pop(channel)
+
+    def wake(self) -> None:
+        """End a wait for requests, or the next one."""
+        with self._changed:
+            self._is_woken = True
+            self._changed.notify_all()
 
     def abandon(self, channel: str) -> None:
         """Drop the waiting request of a channel, and call off the one that was taken last."""
@@ -88,7 +101,8 @@ class EngineWorker(QObject):
     other channels have their turn.
 
     All signals are delivered in the thread of this object. After :meth:`stop`,
-    only `finished` is emitted. The factory builds the engine, in the worker's thread.
+    only `finished` is emitted. The factory builds the engine, in the worker's thread, and there
+    one for each of the settings that requests have while they are in use.
     """
 
     engineReady = Signal(object)
@@ -100,12 +114,15 @@ class EngineWorker(QObject):
     _message = Signal(object)
 
     def __init__(
-        self, factory: Callable[[], Engine], name: str, parent: QObject | None = None
+        self, factory: Callable[..., Engine], name: str, parent: QObject | None = None
     ) -> None:
         super().__init__(parent)
         self._factory = factory
         self._mailbox = Mailbox()
         self._delivered: dict[str, int] = {}
+        self._engines: dict[ReferenceSettings | None, Engine] = {}
+        # Requests whose better images may follow, by their channel.
+        self._begun: dict[str, tuple[Request, Iterator[Result]]] = {}
         self._thread = threading.Thread(target=self._run, name=THREAD_PREFIX + name, daemon=True)
         self._message.connect(self._deliver, Qt.ConnectionType.QueuedConnection)
 
@@ -120,6 +137,10 @@ class EngineWorker(QObject):
     def abandon(self, channel: str) -> None:
         """Call off the requests of a channel, unless they are live; returns at once."""
         self._mailbox.abandon(channel)
+
+    def free(self) -> None:
+        """Close engines of settings, once they have answered; returns at once."""
+        self._mailbox.wake()
 
     def stop(self) -> None:
         """Ask the thread to end; returns at once, even if the engine is busy."""
@@ -138,7 +159,7 @@ class EngineWorker(QObject):
 
     def _serve(self) -> None:
         try:
-            engine = self._factory()
+            engine = self._engines[None] = self._factory()
             ready = EngineReady(engine.description, engine.scene, engine.draws_codes, engine.remark)
         except BaseException as error:
             # Whatever it is: the window would wait for ever for a thread that ended in silence.
@@ -146,30 +167,45 @@ class EngineWorker(QObject):
             return
         try:
             self._message.emit(ready)
-            self._answer_all(engine)
-        finally:
-            engine.close()
             del engine
+            self._answer_all()
+        finally:
+            self._begun.clear()
+            for engine in self._engines.values():
+                engine.close()
+            self._engines.clear()
 
-    def _answer_all(self, engine: Engine) -> None:
-        # Images that better ones may follow, by their channel.
-        begun: dict[str, Iterator[Result]] = {}
+    def _answer_all(self) -> None:
+        begun = self._begun
         while not self._mailbox.closed:
             request = self._mailbox.take(waits=not begun)
             if request is not None:
                 begun.pop(request.channel, None)
-                coming = _results(engine, request, self._watch(request))
+                coming = _results(self._engine_of, request, self._watch(request))
             elif begun:
-                coming = begun.pop(next(iter(begun)))
+                request, coming = begun.pop(next(iter(begun)))
             else:
+                self._close_unused()
                 continue
             result = next(coming, None)
             if result is not None:
                 self._message.emit(result)
                 if not result.is_last:
-                    begun[result.request.channel] = coming
+                    begun[request.channel] = request, coming
             # Otherwise this thread would keep them until the next request.
             del request, coming, result
+
+    def _engine_of(self, request: Request) -> Engine:
+        """Return the engine of a request's settings, which replaces those that are not in use."""
+        if request.settings not in self._engines:
+            self._close_unused()
+            self._engines[request.settings] = self._factory(request.settings)
+        return self._engines[request.settings]
+
+    def _close_unused(self) -> None:
+        used = {None, *(request.settings for request, _ in self._begun.values())}
+        for settings in self._engines.keys() - used:
+            self._engines.pop(settings).close()
 
     def _watch(self, request: Request) -> Watch:
         last = time.monotonic()
@@ -200,10 +236,13 @@ class EngineWorker(QObject):
             self.resultReady.emit(message)
 
 
-def _results(engine: Engine, request: Request, watch: Watch) -> Iterator[Result]:
+def _results(
+    engine_of: Callable[[Request], Engine], request: Request, watch: Watch
+) -> Iterator[Result]:
     """Answer a request, with exceptions as error sentences, while the answer is wanted."""
     start = time.perf_counter()
     try:
+        engine = engine_of(request)
         answer = request.answer(engine, watch)
         if isinstance(answer, np.ndarray):
             seconds = time.perf_counter() - start

@@ -21,7 +21,7 @@ from app.image_view.image_canvas import LEAST_PROGRESS, ImageCanvas, to_qimage
 from app.image_view.picture import BLACK, Background
 from app.number_box import short
 from app.state.at_work import PATIENCE_MS
-from app.state.brightness import Brightness
+from app.state.brightness import Brightness, Lit
 from app.state.edited_tf import PaneName
 from model.scene.inputs import SceneInputs
 
@@ -60,10 +60,11 @@ class EnginePane(QWidget):
         self.client, self.channel = client, channel or client.images
         self.name: PaneName = "B" if channel is client.images_b else "A"
         self.brightness = brightness
-        self.engine: EngineName = engine  # whose light its images have
+        self.engine: EngineName = engine
+        self.lit: Lit = "b" if self.name == "B" else engine
         self._newest = -1
         self._rgba: NDArray[np.float32] | None = None
-        self.detail = self._who = self._light = self._coming = ""
+        self.detail = self._who = self._light = self._coming = self._remark = ""
         self._most_samples = self._samples = 0
         self._is_alone = self._is_unusual = False
         self.note = self._note_tip = self.hint = self._tip = ""
@@ -180,7 +181,7 @@ class EnginePane(QWidget):
 
     def _show_result(self, result: Result) -> None:
         """Show an image unless one is there that was asked for later."""
-        request, by = result.request, self.client.description
+        request = result.request
         if request.sequence < self._newest:
             return
         self._is_finer_next = not result.is_last
@@ -188,8 +189,8 @@ class EnginePane(QWidget):
         if result.image is None:
             self.canvas.show_message(result.error or "", theme.ON_IMAGE.error)
             return
-        rgba = result.image.rgba
-        self._rgba = rgba
+        rgba, by = result.image.rgba, result.image.by or self.client.description
+        self._rgba, self._remark = rgba, result.remark or self.client.remark
         self.canvas.show_image(self._picture(rgba))
         height, width, _ = rgba.shape
         # Models draw the whole volume, and a hint says so.
@@ -234,7 +235,7 @@ class EnginePane(QWidget):
             title = f"{self._light[:1].upper()}{self._light[1:]}" if is_light else self._name
             text, tone = self._status()
             note = self._note_tip if self.note else ""
-            lines = [self._tip, self.hint, note, self.detail, self.client.remark]
+            lines = [self._tip, self.hint, note, self.detail, self._remark or self.client.remark]
         said = title, text, tone, tuple(lines), self.canvas.width()
         is_soon = self._speed and time.monotonic() < self._said_at + CALM_S
         if said != self._said and not is_soon:
@@ -297,7 +298,7 @@ class EnginePane(QWidget):
 
     def _picture(self, rgba: NDArray[np.float32]) -> QImage:
         is_clear = self.canvas.background != BLACK
-        return to_qimage(rgba, self.brightness.of(self.engine), clear=is_clear)
+        return to_qimage(rgba, self.brightness.of(self.lit), clear=is_clear)
 
 
 SHARE, MARGIN = 0.3, 12  # the inset's edge by the image's; pixels to the image's edges

@@ -12,10 +12,8 @@ from PySide6.QtWidgets import QHBoxLayout, QLabel, QSlider, QWidget, QWidgetActi
 from app import theme
 from app.caption_button import CaptionButton
 from app.controls import WheelGuard, add_choices, add_switch, fill, text_button
-from app.engines.engines import ReferenceSettings
 from app.image_view.gestures import light_at
 from app.state.brightness import BRIGHTEST, DARKEST, STEPS_PER_OCTAVE, Brightness, brightness_at
-from app.state.reference_choices import ReferenceChoices
 from app.state.reference_work import ReferenceWork
 from app.state.viewer_state import ViewerState
 from model.rendering.brightness import LIT_BRIGHTNESS
@@ -108,7 +106,9 @@ class ReferenceControls(QObject):
         self.light = CaptionButton()
         menu = self.light.add_menu()
         lights = {choice: (text, "") for choice, text in LIGHTINGS.items()}
-        self._lights = add_choices(menu, lights, lambda lighting: work.choose(lighting=lighting))
+        self._lights = add_choices(
+            menu, lights, lambda lighting: work.choose_look(lighting=lighting)
+        )
         menu.addSeparator()
         self._denoises = add_switch(
             menu,
@@ -122,27 +122,30 @@ class ReferenceControls(QObject):
         slider = QWidgetAction(menu)
         slider.setDefaultWidget(BrightnessSlider(brightness))
         menu.addAction(slider)
-        work.choicesChanged.connect(self._show_choices)
-        work.settingsChanged.connect(self._show_settings)
+        self._tf_input = state.tf_input
+        work.choicesChanged.connect(lambda _choices: self._show())
+        work.settingsChanged.connect(lambda _settings: self._show())
         work.lightRangeChanged.connect(
-            lambda limits: self.ball.set_light(work.settings.light, limits)
+            lambda limits: self.ball.set_light(work.edited.light, limits)
         )
-        self._show_choices(work.choices)
-        self._show_settings(work.settings)
+        self._show()
 
-    def _show_choices(self, choices: ReferenceChoices) -> None:
+    def _show(self) -> None:
+        """Show the light of the pane with the focus."""
+        pane, settings = self._tf_input.pane, self._work.edited
+        choices = self._work.choices_of(pane)
         self._lights[choices.lighting].setChecked(True)
         self._denoises.setChecked(choices.denoises)
-        self._show_settings(self._work.settings)
-
-    def _show_settings(self, settings: ReferenceSettings) -> None:
-        is_automatic = self._work.choices.lighting == "auto"
+        is_automatic = choices.lighting == "auto"
         unlit = is_automatic and settings.lighting == "none" and self._work.light_is_slow
-        self.light.set_title(LIGHT_NAMES[settings.lighting] + (" (too slow)" if unlit else ""))
+        name = LIGHT_NAMES[settings.lighting] + (" (too slow)" if unlit else "")
+        of = f"{pane}: " if self._tf_input.compares else ""
+        self.light.set_title(f"{of}{name}")
         self.light.setAccessibleName(f"Light: {self.light.title}")
         why = ": soft light takes too long here" if self._work.soft_is_slow else ""
         chosen = f"Light, chosen automatically{why}" if is_automatic else "Light"
-        self.light.setToolTip(f"{chosen}\nLight of the ground truth, and brightness of both images")
+        whose = f"image {pane}" if of else "the ground truth"
+        self.light.setToolTip(f"{chosen}\nLight of {whose}, and brightness of both images")
 
 
 DIAMETER = 20

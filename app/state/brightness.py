@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Literal
 
 from PySide6.QtCore import QObject
 
@@ -15,6 +16,9 @@ DARKEST, BRIGHTEST = 0.25, 32.0  # limits; the greatest is that of an exposed pi
 STEPS_PER_OCTAVE = 8  # steps of a slider from one brightness to its double
 
 
+Lit = EngineName | Literal["b"]  # whose light images have: an engine's, or that of B
+
+
 class Brightness(EditedInput[float | None]):
     """Brightness of both images, of previews and of saved pictures, as chosen for the reference.
 
@@ -25,14 +29,14 @@ class Brightness(EditedInput[float | None]):
 
     def __init__(self, history: EditHistory, parent: QObject) -> None:
         super().__init__(None, "brightness", history, parent)
-        self._usual: dict[EngineName, float] = {"exact": 1.0, "learned": 1.0}
+        self._usual: dict[Lit, float] = {"exact": 1.0, "learned": 1.0, "b": 1.0}
 
-    def of(self, engine: EngineName) -> float:
+    def of(self, engine: Lit) -> float:
         """Return the brightness of an engine's images under its own light; 1 changes nothing."""
         chosen = self._usual["exact"] if self.value is None else self.value
         return chosen * self._usual[engine] / self._usual["exact"]
 
-    def usual(self, engine: EngineName) -> float:
+    def usual(self, engine: Lit) -> float:
         """Return the usual brightness of an engine's images."""
         return self._usual[engine]
 
@@ -44,8 +48,8 @@ class Brightness(EditedInput[float | None]):
         """Show images this much brighter than usual; 1 for the usual brightness."""
         self.set(None if factor == 1 else factor * self._usual["exact"])
 
-    def set_lighting(self, engine: EngineName, lighting: Lighting) -> None:
-        """Follow the light of an engine's images: of the reference, or of the model."""
+    def set_lighting(self, engine: Lit, lighting: Lighting) -> None:
+        """Follow the light of an engine's images: of the reference, of the model, or of B."""
         usual = usual_brightness(lighting)
         if usual != self._usual[engine]:
             self._usual[engine] = usual

@@ -1,4 +1,4 @@
-"""The TFs of the panes A and B: the one under edit is that of the pane with the focus."""
+"""What the panes A and B have of their own: a TF each, which the pane with the focus edits."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import Literal
 from PySide6.QtCore import QObject, Signal
 
 from app.state.edits import EditedInput, EditHistory
+from app.state.settings import LookOfB
 from model.scene.ranges import fit_to_range
 from model.scene.transfer_function import TransferFunction
 
@@ -17,8 +18,8 @@ PaneName = Literal["A", "B"]  # of the ground truth, and of the image that it is
 class EditedTF(EditedInput[TransferFunction]):
     """The TF of the pane that has the focus; the other pane's rests meanwhile.
 
-    Both are over one range, on one scale. B's TF stays when B is no longer shown. An edit that is
-    undone brings its pane back.
+    Both are over one range, on one scale. B's TF and look stay when B is no longer shown. An edit
+    that is undone brings its pane back.
     """
 
     paneChanged = Signal()  # when the other pane has the focus, or B is shown, hidden or another
@@ -27,6 +28,7 @@ class EditedTF(EditedInput[TransferFunction]):
         super().__init__(first, "drag", history, parent)
         self.pane: PaneName = "A"  # that has the focus
         self.compares = False  # whether B is shown
+        self.look = LookOfB()  # of B
         self._other: TransferFunction | None = None  # of the pane without the focus
 
     def of(self, pane: PaneName) -> TransferFunction | None:
@@ -61,14 +63,30 @@ class EditedTF(EditedInput[TransferFunction]):
             shows = partial(self._show_pair, self.pane, True)
             self._history.change(shows, pair, pair[::-1], "swap A and B")
 
+    def set_look(self, look: LookOfB, text: str) -> None:
+        """Draw B in another light, or by another renderer: an edit."""
+        if look != self.look:
+            self._history.change(self._show_look, self.look, look, text)
+
     def start(
-        self, value: TransferFunction, other: TransferFunction | None = None, compares: bool = False
+        self,
+        value: TransferFunction,
+        other: TransferFunction | None = None,
+        compares: bool = False,
+        look: LookOfB | None = None,
     ) -> None:
-        """Take another volume's TFs of A, which has the focus, and B."""
+        """Take another volume's TFs of A, which has the focus, and B, and the look of B."""
         self.pane, self.compares = "A", compares and other is not None
+        self.look = look or LookOfB()
         self._value, self._other = value, other
         self.paneChanged.emit()
         super().start(value)
+
+    def _show_look(self, look: LookOfB) -> None:
+        self.look = look
+        if not self.compares:
+            self.focus("B")
+        self.paneChanged.emit()
 
     def _change(self, text: str, merge_key: str | None) -> None:
         """Make a drag an edit, not merged with one of the other pane, which has the same range."""

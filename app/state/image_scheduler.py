@@ -8,6 +8,7 @@ from PySide6.QtCore import QObject
 
 from app.engines.background import Pause
 from app.engines.client import Channel, Clients, EngineClient
+from app.engines.engines import ReferenceSettings
 from app.engines.exactness import STOPS, USUAL
 from app.engines.messages import Result
 from app.engines.requests import ImageRequest, Quality
@@ -42,6 +43,7 @@ class ImageScheduler(QObject):
         # Clients whose images are out of sight: they are asked for none.
         self.hidden: frozenset[EngineClient] = frozenset()
         self.compares = False  # whether B is in sight
+        self.settings_b: ReferenceSettings | None = None  # None for those of A
         self._drawn: dict[Channel, SceneInputs] = {}  # what was asked for last
         # Of the volume that is drawn: nothing is asked for under a TF of another scale, which is
         # there for a moment until the volume follows it.
@@ -127,7 +129,8 @@ class ImageScheduler(QObject):
         if live > 1:
             stop = replace(stop, live_seconds=stop.live_seconds / live)
         quality = Quality(self.raster.shorter, live=live > 0, raster=self.raster)
-        request = ImageRequest(inputs, quality, stop, self.is_fixed)
+        settings = self.settings_b if is_b else None
+        request = ImageRequest(inputs, quality, stop, self.is_fixed, settings=settings)
         self._drawn[channel] = inputs
         if request != newest:
             if client is self._reference and client.is_ready and not live:

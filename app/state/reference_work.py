@@ -13,12 +13,13 @@ from app.engines.client import Clients, EngineState
 from app.engines.engines import Builders, ReferenceSettings
 from app.engines.exactness import STOPS, Stop
 from app.engines.messages import Result
+from app.state.edited_tf import PaneName
 from app.state.image_errors import TradeWork
 from app.state.image_scheduler import NO_MODEL_SIZE, ImageScheduler
 from app.state.preferences import Preferences
 from app.state.preparation import Preparation
 from app.state.reference_choices import ReferenceChoices, quiet_seconds, slow_lights
-from app.state.settings import LightingChoice
+from app.state.settings import LightingChoice, LookOfB
 from app.state.viewer_state import ViewerState
 from model.rendering.raster import Raster
 from model.scene.region import SQUARE, Reach
@@ -64,6 +65,8 @@ class ReferenceWork(QObject):
         self.choices = ReferenceChoices("auto", kept.drawing, kept.stop, size, kept.denoises)
         # What the reference is drawn with now, and once all kernels are compiled.
         self.settings = self.wanted = ReferenceSettings()
+        self.settings_b = self.wanted_b = ReferenceSettings()
+        self._answering = self.settings  # of the analyst
         # Whether an image is seen, or none is to be: until then nothing else takes the processor.
         self.has_drawn = self._analyst_waits = False
         # Seconds of an image in each light, and lights of which the first image is there.
@@ -91,11 +94,22 @@ class ReferenceWork(QObject):
         self._is_first = False
         self._first_rest = Pause(self, FIRST_REST_MS, self._end_first)
         self._asked_lighting: LightingChoice | None = None
+        state.tf_input.paneChanged.connect(self._follow_panes)
 
     @property
     def is_preparing(self) -> bool:
-        """Whether the image is drawn otherwise than wanted until kernels are compiled."""
-        return self.settings != self.wanted
+        """Whether an image is drawn otherwise than wanted until kernels are compiled."""
+        return (self.settings, self.settings_b) != (self.wanted, self.wanted_b)
+
+    @property
+    def edited(self) -> ReferenceSettings:
+        """Settings of the pane with the focus, about which the analyst is asked."""
+        return self.settings_b if self._state.tf_input.pane == "B" else self.settings
+
+    def choices_of(self, pane: PaneName) -> ReferenceChoices:
+        """Return the choices of A or B."""
+        own = vars(self._state.tf_input.look) if pane == "B" else {}
+        return replace(self.choices, **{name: each for name, each in own.items() if each})
 
     @property
     def light_is_slow(self) -> bool:
@@ -136,7 +150,11 @@ class ReferenceWork(QObject):
         if self._volume is None:
             self._asked_lighting = changes.get("lighting", self._asked_lighting)
         choices = replace(self.choices, **changes)
-        lighting = self.choices.lighting
+        lighting, tf_input = self.choices.lighting, self._state.tf_input
+        is_shared = tf_input.compares and tf_input.look.lighting is None
+        if is_shared and choices.lighting != lighting:
+            # B keeps the light that it has.
+            tf_input.look = replace(tf_input.look, lighting=lighting)
         if keep and self._volume is not None and choices.lighting != lighting:
             self._state.edits.change(
                 lambda shown: self._choose(replace(self.choices, lighting=shown), keep=True),
@@ -145,6 +163,37 @@ class ReferenceWork(QObject):
                 "kind of light",
             )
         self._choose(choices, keep)
+
+    def choose_look(self, **look: Any) -> None:
+        """Choose `lighting` or renderer (`drawing`) of the pane with the focus."""
+        tf_input = self._state.tf_input
+        if tf_input.pane == "A":
+            self.choose(**look)
+        else:
+            self._is_first = False
+            name = "kind of light of B" if "lighting" in look else "renderer of B"
+            tf_input.set_look(replace(tf_input.look, **look), name)
+
+    def copy(self, source: PaneName) -> None:
+        """Copy a pane's TF, light and renderer to the other one, which has the focus then."""
+        choices = self.choices_of(source)
+        target = "B" if source == "A" else "A"
+        with self._state.edits.as_one(f"copy {source} to {target}"):
+            self._state.tf_input.copy(source)
+            self.choose_look(lighting=choices.lighting, drawing=choices.drawing)
+
+    def swap(self) -> None:
+        """Exchange TFs, lights and renderers of A and B."""
+        a, b = self.choices, self.choices_of("B")
+        with self._state.edits.as_one("swap A and B"):
+            self._state.tf_input.swap()
+            self.choose(lighting=b.lighting, drawing=b.drawing)
+            self._state.tf_input.set_look(LookOfB(a.lighting, a.drawing), "look of B")
+
+    def _follow_panes(self) -> None:
+        """Adapt to another look or focus, where B is shown or no longer."""
+        if self._volume is not None:
+            self.follow(self._scene)
 
     def _choose(self, choices: ReferenceChoices, keep: bool) -> None:
         if choices == self.choices:
@@ -199,14 +248,17 @@ class ReferenceWork(QObject):
         if (scene is None) != (self._scene is None):
             self._follow_pane()
         self._scene = scene
-        before = self.settings
+        before, before_b, answering = self.settings, self.settings_b, self._answering
         self._take_settings()
-        if self.settings != before and self._volume is not None:
+        if self._volume is None:
+            return
+        if self.settings != before:
             # Of the same volume: its last image stays until the first new one.
             self._start_reference("")
-            by = {name: getattr(before, name) for name in ("renderer", "passes", "is_truth")}
-            if replace(self.settings, **by) != before:
-                self._start_analyst()
+        by = {name: getattr(answering, name) for name in ("renderer", "passes", "is_truth")}
+        if replace(self.edited, **by) != answering:
+            self._start_analyst()
+        if (self.settings, self.settings_b) != (before, before_b):
             self._scheduler.send()
 
     def set_pane_pixels(self, width: int, height: int) -> None:
@@ -238,13 +290,21 @@ class ReferenceWork(QObject):
         self._state.start_light(None)
 
     def _take_settings(self) -> None:
-        self.wanted = self.choices.settings(self._scene, self._slow_lights)
+        wanted = self.wanted, self.wanted_b = self._wanted_of("A"), self._wanted_of("B")
         if self._volume is not None:
-            self.preparation.want(self._builders.kernels(self._volume, self.wanted))
-        self.settings = self._nearest(self.wanted)
+            # Of A first.
+            groups = [each for one in wanted for each in self._builders.kernels(self._volume, one)]
+            self.preparation.want(tuple(dict.fromkeys(groups)))
+        self.settings, self.settings_b = map(self._nearest, wanted)
+        is_alike = self.settings_b == self.settings
+        self._scheduler.settings_b = None if is_alike else self.settings_b
         self._size_images()
         self._offer_light()
         self.settingsChanged.emit(self.settings)
+
+    def _wanted_of(self, pane: PaneName) -> ReferenceSettings:
+        shown = pane if self._state.tf_input.compares else "A"
+        return self.choices_of(shown).settings(self._scene, self._slow_lights)
 
     def _size_images(self) -> None:
         """Choose the number of pixels of the reference."""
@@ -271,11 +331,14 @@ class ReferenceWork(QObject):
 
     def _offer_light(self) -> None:
         """Make the light movable where it may be, and keep its direction where it was."""
-        limits = self.choices.light_range(self._scene, self.settings)
+        ranges = (
+            self.choices.light_range(self._scene, each) for each in (self.settings, self.settings_b)
+        )
+        limits = next(filter(None, ranges), None)
         if (limits is None) != (self._state.light is None):
             fingerprint = "" if self._volume is None else self._volume.fingerprint
             kept = self._preferences.volume(fingerprint).light
-            chosen = kept or self.designed_light or self.settings.light
+            chosen = kept or self.designed_light or self.settings.light or self.settings_b.light
             place = limits.nearest(chosen) if limits is not None and chosen is not None else None
             self._state.start_light(place)
         self.lightRangeChanged.emit(limits)
@@ -351,19 +414,20 @@ class ReferenceWork(QObject):
         if self._vtk_problem and self._is_vtk_for_now:
             self._say_time()
             return
-        build = partial(self._builders.reference, self._volume, self.settings)
+        build, volume, own = self._builders.reference, self._volume, self.settings
         self.has_drawn = self._reference in self._scheduler.hidden
-        self._reference.start(build, busy_text)
+        self._reference.start(lambda settings=own: build(volume, settings), busy_text)
 
     def _start_analyst(self) -> None:
         """Start it once its kernels are compiled, and the reference, which comes first, is seen."""
         assert self._volume is not None
-        is_prepared = self._are_prepared(self.settings)
+        self._answering = self.edited
+        is_prepared = self._are_prepared(self._answering)
         self._analyst_waits = not (is_prepared and self.has_drawn)
         if self._analyst_waits:
             self._analyst.wait(PREPARING if is_prepared else self.preparation.text)
         else:
-            build = partial(self._builders.analyst, self._volume, self.settings)
+            build = partial(self._builders.analyst, self._volume, self._answering)
             self._analyst.start(build, PREPARING)
         self.analystReplaced.emit()
 
@@ -373,17 +437,17 @@ class ReferenceWork(QObject):
         if text and self._vtk_problem and self._is_vtk_for_now:
             problem = self._vtk_problem.rstrip(".")
             self._reference.wait(f"{problem}. The ray caster draws the first image. {text}")
-        if text and self._analyst_waits and not self._are_prepared(self.settings):
+        if text and self._analyst_waits and not self._are_prepared(self._answering):
             self._analyst.wait(text)
 
     def _take_first(self) -> None:
         """Begin what the first picture is not to wait for."""
         self.preparation.begin()
-        if self._is_first and self.settings != self.wanted and not self._first_rest.isActive():
+        if self._is_first and self.is_preparing and not self._first_rest.isActive():
             self._first_rest.start()
         if not self.has_drawn:
             self.has_drawn = True
-            if self._analyst_waits and self._are_prepared(self.settings):
+            if self._analyst_waits and self._are_prepared(self._answering):
                 self._start_analyst()
 
     def _end_first(self) -> None:

@@ -96,6 +96,14 @@ PlotScale = Literal["linear", "logarithmic"]
 
 
 @dataclass(frozen=True)
+class LookOfB:
+    """Light and renderer of the image B; None for those of A."""
+
+    lighting: LightingChoice | None = None
+    drawing: Drawing | None = None
+
+
+@dataclass(frozen=True)
 class VolumeMemory:
     """Memory of one volume; None or empty for what the user has not chosen.
 
@@ -109,6 +117,7 @@ class VolumeMemory:
     tf: TransferFunction | None = None
     tf_b: TransferFunction | None = None  # that A's, `tf`, is compared with
     compares: bool = False  # whether B is shown
+    look_b: LookOfB = field(default_factory=LookOfB)
     up_axis: Literal["", "+x", "-x", "+y", "-y", "+z", "-z"] = ""
     raw_layout: str = ""
     choice: str = ""

@@ -229,8 +229,8 @@ class ViewerState(ViewNavigation):
         """Start editing another volume's TF, clearing the undo stack.
 
         Without a current TF, which is fitted to the scalar range, it is the default. Other inputs
-        have first values by name, and B a TF (`tf_b`) if there is one, shown where it `compares`;
-        the light stays, see :meth:`start_light`.
+        have first values by name, and B a TF (`tf_b`) and a look (`look_b`) if there are any, shown
+        where it `compares`; the light stays, see :meth:`start_light`.
         """
         self.volumeStarting.emit()
         self.edits.stack.clear()
@@ -241,7 +241,8 @@ class ViewerState(ViewNavigation):
         known = current, others.get("tf_b")
         of_scale = (each if each and each.scale == default.scale else None for each in known)
         tf, tf_b = (each and fit_to_range(each, default.scalar_range) for each in of_scale)
-        self.tf_input.start(tf or default, tf_b, bool(others.get("compares")))
+        compares = bool(others.get("compares"))
+        self.tf_input.start(tf or default, tf_b, compares, others.get("look_b"))
 
     @property
     def default_transfer_function(self) -> TransferFunction:

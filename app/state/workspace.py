@@ -184,6 +184,7 @@ class Workspace(QObject):
         self._scheduler.hidden, self._scheduler.compares = hidden, b
         if not b:
             self._clients.reference.images_b.cancel()
+            self._clients.reference.free()
         if missed and self._opened is not None:
             self._scheduler.send()
 
@@ -311,7 +312,7 @@ class Workspace(QObject):
 
     def _keep_b(self) -> None:
         tf_input = self._state.tf_input
-        self._keep(tf_b=tf_input.of("B"), compares=tf_input.compares)
+        self._keep(tf_b=tf_input.of("B"), compares=tf_input.compares, look_b=tf_input.look)
 
     def _mask_name(self, mask: Mask | None) -> str:
         """Keep the open volume's mask; return what its memory says of it."""
@@ -396,7 +397,7 @@ class Workspace(QObject):
     def _restart_questions(self) -> None:
         """Ask the analyst everything anew."""
         if self._opened is not None:
-            lighting = self.reference.settings.lighting
+            lighting = self.reference.edited.lighting
             source: Source = "exact" if lighting in EXACT_LIGHTINGS else "surrogate"
             self.sensitivity.start_volume(self._opened.window, source)
             self.sensitivity.ask()

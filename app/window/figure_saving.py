@@ -18,6 +18,7 @@ from PySide6.QtWidgets import QDialog, QProgressDialog
 
 from app.engines.background import LatestCall
 from app.engines.client import Channels
+from app.engines.engines import ReferenceSettings
 from app.engines.messages import Result
 from app.engines.requests import PictureRequest, Quality
 from app.figures.plots import save_image
@@ -72,6 +73,7 @@ class _Job:
     frames: list[SceneInputs]
     names: list[str]
     tf_b: TransferFunction | None = None
+    settings_b: ReferenceSettings | None = None  # that B is drawn with, where not with those of A
     images: dict[str, tuple[Rgba, float]] = field(default_factory=dict)
     error: float | None = None  # estimated error of the reference's image; None without an estimate
     drawn: int = 0
@@ -182,7 +184,8 @@ class FigureSaving(QObject):
         else:
             look = last.longer_side, 0, last.background, last.legend, last.scale_bar
             choice = FigureChoice(*look, seconds=last.seconds, rate=last.rate)
-        is_traced = self._context.workspace.reference.settings.lighting == "path"
+        work = self._context.workspace.reference
+        is_traced = "path" in (work.settings.lighting, work.settings_b.lighting)
         samples = (last.samples if last else 0) or FIGURE_SAMPLES
         which = self._which()
         seconds = choice.seconds if which in self._panes else 0.0
@@ -227,7 +230,7 @@ class FigureSaving(QObject):
                 state.view, choice.frame_count, state.up_axis, state.proportions, pivot
             )
             frames = [replace(inputs, view=view) for view in views]
-        job = self._job = _Job(choice, place, frames, _names(choice), state.tf_input.of("B"))
+        job = self._job = _Job(choice, place, frames, _names(choice), *self._of_b())
         if choice.which == "difference":
             # Of both images as they are shown: the numbers are the screen's.
             if not self._compared():
@@ -253,6 +256,12 @@ class FigureSaving(QObject):
     def join(self) -> None:
         """Wait until the thread that writes movies has ended."""
         self._writing.join()
+
+    def _of_b(self) -> tuple[TransferFunction | None, ReferenceSettings | None]:
+        """Return TF and settings of B; None where they are those of A."""
+        work = self._context.workspace.reference
+        settings = None if work.settings_b == work.settings else work.settings_b
+        return self._context.state.tf_input.of("B"), settings
 
     def _which(self) -> Which:
         """Return which images are on the screen."""
@@ -393,7 +402,7 @@ class FigureSaving(QObject):
         self._close_progress()
 
     def _brightness(self, name: str) -> float:
-        return self._context.state.brightness.of(self._panes[name].engine)
+        return self._context.state.brightness.of(self._panes[name].lit)
 
     def _compared(self) -> dict[str, tuple[Rgba, float]]:
         """Both images with their brightness, as they are compared on the screen; or none."""
@@ -408,8 +417,7 @@ class FigureSaving(QObject):
         width, height = (max(round(scale * side), 1) for side in (choice.width, choice.height))
         small = replace(choice, width=width, height=height)
         state = self._context.state
-        frames, tf_b = [state.inputs_of("A")], state.tf_input.of("B")
-        job = _Job(small, None, frames, _names(choice), tf_b)
+        job = _Job(small, None, [state.inputs_of("A")], _names(choice), *self._of_b())
         before, self._preview = self._preview, (dialog, job)
         if choice.which == "difference":
             job.images = self._compared()
@@ -456,10 +464,11 @@ def _ask(channels: Channels[str], job: _Job, samples: int, enlarged: int = 1) ->
     for name in job.names:
         each = 1 if name == "generator" else max(samples, 1)
         quality = Quality(raster.shorter, raster=raster, samples=each)
-        inputs, tf = job.frames[job.drawn], job.tf_b if name == "b" else None
-        if tf is not None:
-            inputs = replace(inputs, opacity_tf=tf.opacity, color_tf=tf.color)
-        channels[name].ask(PictureRequest(inputs, quality))
+        inputs, settings = job.frames[job.drawn], None
+        if name == "b" and job.tf_b is not None:
+            inputs = replace(inputs, opacity_tf=job.tf_b.opacity, color_tf=job.tf_b.color)
+            settings = job.settings_b
+        channels[name].ask(PictureRequest(inputs, quality, settings=settings))
 
 
 def _add_texts(image: QImage, job: _Job) -> None:

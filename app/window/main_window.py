@@ -252,7 +252,11 @@ class MainWindow(WindowParts):
         for pane in (self.reference, self.pane_b):
             is_one = compares and not self.panes.wipes
             pane.canvas.is_edited = is_one and pane.name == tf_input.pane
-        self.reference.set_title("A" if compares else "Ground truth")
+        work = self.workspace.reference
+        lights = work.settings.lighting, work.settings_b.lighting
+        of_a, of_b = (f", {LIGHTS[each]}" * (lights[0] != lights[1]) for each in lights)
+        self.reference.set_title(f"A{of_a}" if compares else "Ground truth")
+        self.pane_b.set_title(f"B{of_b}")
         self.editor.show_pane(tf_input.pane if compares else "")
 
     def _show_preparation(self, done: int, wanted: int) -> None:
@@ -261,12 +265,16 @@ class MainWindow(WindowParts):
     def _show_light(self) -> None:
         """Name the light of the reference, and the one that follows once it can be drawn."""
         work = self.workspace.reference
-        shown, coming = work.settings.lighting, work.wanted.lighting
-        self.brightness.set_lighting("exact", shown)
-        follows = "" if coming == shown else LIGHTS[coming]
-        samples = STOPS[work.choices.stop].samples if shown == "path" else 0
-        for pane in (self.reference, self.pane_b):
+        for pane, settings, wanted in (
+            (self.reference, work.settings, work.wanted),
+            (self.pane_b, work.settings_b, work.wanted_b),
+        ):
+            shown, coming = settings.lighting, wanted.lighting
+            self.brightness.set_lighting(pane.lit, shown)
+            follows = "" if coming == shown else LIGHTS[coming]
+            samples = STOPS[work.choices.stop].samples if shown == "path" else 0
             pane.set_light(LIGHTS[shown], follows, samples)
+        self._show_focus()
 
     def _show_model(self) -> None:
         """Make room for the generator's image, or give it to the reference."""

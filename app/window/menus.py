@@ -12,8 +12,10 @@ from PySide6.QtWidgets import QMenu
 
 from app.caption_button import CaptionButton
 from app.controls import add_action, add_choices, show_tips
+from app.engines.engines import Drawing
 from app.glosses import open_glossary
 from app.icons import IconButton
+from app.image_view.reference_controls import DRAWINGS
 from app.state.library import KnownModel
 from app.state.settings import RecentKind
 from app.window.help_pages import show_about, show_gestures
@@ -344,10 +346,17 @@ class Menus:
     def _fill_of_b(self) -> QMenu:
         """Return the menu of A and B, which both of their captions and the editor have."""
         window, panes, tf_input = self._window, self._window.panes, self._window.state.tf_input
+        work = window.workspace.reference
         menu = QMenu("&A and B", window)
-        self._add(menu, "&Copy A to B", partial(tf_input.copy, "A"))
-        self._add(menu, "Copy &B to A", partial(tf_input.copy, "B"))
-        self._add(menu, "&Swap A and B", tf_input.swap, "Ctrl+Shift+B")
+        self._add(menu, "&Copy A to B", partial(work.copy, "A"))
+        self._add(menu, "Copy &B to A", partial(work.copy, "B"))
+        self._add(menu, "&Swap A and B", work.swap, "Ctrl+Shift+B")
+        self._add_choices(
+            menu.addMenu("&Renderer of B"),
+            {None: "That of A", **DRAWINGS},
+            lambda: tf_input.look.drawing,
+            self._choose_renderer_of_b,
+        )
         self._add(
             menu, "&Wipe: both in one image", self._toggle_wipe, "Ctrl+Shift+W",
             is_on=lambda: panes.wipes,
@@ -355,6 +364,10 @@ class Menus:
         menu.addSeparator()
         self._add(menu, "C&lose B", partial(tf_input.compare, False))
         return menu
+
+    def _choose_renderer_of_b(self, name: Drawing | None) -> None:
+        self._window.state.tf_input.focus("B")
+        self._window.workspace.reference.choose_look(drawing=name)
 
     def _toggle_b(self) -> None:
         window, tf_input = self._window, self._window.state.tf_input

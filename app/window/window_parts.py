@@ -133,7 +133,7 @@ class WindowParts(QMainWindow):
         work = self.workspace.reference
         self.overlays = Overlays(self.context)
         self.fidelity = FidelityLine(
-            self.reference, self.state, lambda: work.raster, lambda: work.is_preparing
+            self.reference, self.state, lambda: work.raster, lambda: work.settings != work.wanted
         )
         self.exactness.follow(self.fidelity)
         # Before the sensitivities, so that it lies below regions.

@@ -85,6 +85,63 @@ def test_what_is_edited_is_the_pane_that_was_clicked(qtbot, window, builders):
     assert window.state.transfer_function == OTHER
 
 
+def test_b_has_a_light_of_its_own(qtbot, window, builders, tmp_path, monkeypatch):
+    a, controls, work = (
+        builders.references[-1],
+        window.reference_controls,
+        window.workspace.reference,
+    )
+    first = window.state.tf_input.of("A")
+
+    def choose(lighting):
+        controls._lights[lighting].trigger()
+        follow_pane(qtbot, window)
+
+    def shown():
+        titles = [pane.caption.title for pane in window.panes.images]
+        return *titles, controls.light.title
+
+    assert shown() == ("A", "B", "B: Direct")
+    choose("path")
+    b = builders.references[-1]
+    assert b is not a and builders.settings[-1].lighting == "path" and not a.closed
+    assert b.requests[-1].inputs == window.state.inputs_of("B")
+    assert shown() == ("A, direct light", "B, path-traced light", "B: Path traced")
+    drawn, place = [], tmp_path / "both.png"
+    for engine in (a, b):
+
+        def picture(request, watch, engine=engine, draw=engine.picture):
+            drawn.append(engine)
+            return draw(request)
+
+        monkeypatch.setattr(engine, "picture", picture)
+    window.saving.draw(FigureChoice(920, 300, which="a_b"), place)
+    qtbot.waitUntil(place.exists)
+    assert drawn == [a, b]
+    # The other pane's, which leaves B as it is.
+    window.state.tf_input.focus("A")
+    choose("soft")
+    assert shown() == ("A, soft light", "B, path-traced light", "A: Soft")
+    window.state.edits.undo()
+    window.state.edits.undo()
+    follow_pane(qtbot, window)
+    assert shown() == ("A", "B", "A: Direct")
+    window.state.edits.redo()
+    work.swap()
+    follow_pane(qtbot, window)
+    assert shown() == ("A, path-traced light", "B, direct light", "A: Path traced")
+    window.state.edits.undo()
+    work.copy("A")
+    follow_pane(qtbot, window)
+    assert shown() == ("A", "B", "B: Direct") and window.state.tf_input.of("B") == first
+    choose("path")
+    # Closed, nothing of it is left.
+    QTest.keyClick(window, Qt.Key.Key_C)
+    b = builders.references[-1]
+    qtbot.waitUntil(lambda: b.closed)
+    assert not builders.references[-2].closed
+
+
 def test_b_takes_the_place_of_the_generator(qtbot, make_window, builders):
     window = make_window()
     compare(qtbot, window)
@@ -188,6 +245,7 @@ def test_sessions_and_the_next_run_bring_b_back(qtbot, start_again, tmp_path):
     volume.touch()
     window = start_again(volume)
     window.state.tf_input.compare(True)
+    window.workspace.reference.choose_look(lighting="soft")
     set_tf(qtbot, window, OTHER)
     saved = window.sessions.session()
     window.sessions.save(path)
@@ -195,7 +253,8 @@ def test_sessions_and_the_next_run_bring_b_back(qtbot, start_again, tmp_path):
     window = start_again(volume)
     assert window.state.tf_input.of("B") == OTHER and window.panes.compares
     assert window.state.tf_input.pane == "A"
-    window.state.tf_input.copy("A")
+    assert window.workspace.reference.settings_b.lighting == "soft"
+    window.workspace.reference.copy("A")
     window.state.tf_input.compare(False)
     act_until(qtbot, window.workspace.volumeStarted, window.files.open, path)
     assert window.sessions.session() == saved and window.panes.compares
