@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,19 +27,18 @@ from app.engines.requests import (
     Image,
     ImageRequest,
     PictureRequest,
+    ReferenceSettings,
     RegionSensitivityRequest,
     ValueSensitivityRequest,
     Watch,
 )
 from model.kernel_cache import KernelGroup
-from model.rendering.renderer import Renderer, smooth_distance
+from model.rendering.renderer import Renderer
 from model.rendering.scalars import KERNEL_TYPES, keeps_type
 from model.scene.inputs import SceneInputs
 from model.scene.scene import (
     PATH_CURVES,
     PATH_FIELDS,
-    LightDirection,
-    Lighting,
     RendererName,
     Scene,
 )
@@ -55,36 +54,10 @@ if TYPE_CHECKING:
     from model.sensitivity.learned import Sensitivity
     from model.volume_files import Choice, RawLayout
 
-Drawing = Literal["auto"] | RendererName
-"""A renderer of the reference image, or the one that suits machine and light."""
-
 BACKEND_NAMES: dict[BackendName, str] = {"eager": "", "openvino": "OpenVINO"}
 
 
 SOFT_REMARK = "Soft light is the ray caster's."  # why VTK does not draw soft light
-
-
-@dataclass(frozen=True)
-class ReferenceSettings:
-    """Settings of the reference renderer."""
-
-    lighting: Lighting = "none"
-    light: LightDirection | None = None
-    sample_distance: float = 0.5  # of VTK's final images and of derivatives, in voxels
-    renderer: Drawing = "vtk"  # "auto" for VTK at rest, and the ray caster in motion
-    denoises: bool = True  # path-traced pictures, where the package for it is installed
-    samples: int = 64  # of each pixel of path-traced pictures to save
-    passes: bool = False
-    """Whether another renderer draws soon, once its kernels are compiled: until then no image takes
-    long, and nothing draws in VTK's place."""
-    is_truth: bool = False
-    """Whether a generator's image is compared with it. Then "auto" has VTK draw at rest without a
-    graphics card, too; else the ray caster draws there, which is several times as fast."""
-
-    @property
-    def smooth_distance(self) -> float:
-        """Sample distance of the ray caster's final images, in voxels."""
-        return smooth_distance(self.sample_distance, self.lighting)
 
 
 @dataclass(frozen=True)

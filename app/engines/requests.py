@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,13 +13,11 @@ from numpy.typing import NDArray
 from app.engines.exactness import STOPS, USUAL, Exactness
 from model.errors import NotOfferedError
 from model.rendering.raster import Raster
+from model.rendering.renderer import smooth_distance
 from model.scene.inputs import SceneInputs
 from model.scene.region import ImageRegion
-from model.scene.scene import Scene
+from model.scene.scene import LightDirection, Lighting, RendererName, Scene
 from model.sensitivity.display import Measure
-
-if TYPE_CHECKING:
-    from app.engines.engines import ReferenceSettings
 
 IMAGES = "images"  # name of the channel whose images an engine's pane shows
 IMAGES_B = "images of B"  # of the scene that the pane B compares with that of A
@@ -49,6 +47,33 @@ class Watch:
 
 
 UNWATCHED = Watch()  # for an answer that is wanted to the end
+
+
+Drawing = Literal["auto"] | RendererName
+"""A renderer of the reference image, or the one that suits machine and light."""
+
+
+@dataclass(frozen=True)
+class ReferenceSettings:
+    """Settings of the reference renderer."""
+
+    lighting: Lighting = "none"
+    light: LightDirection | None = None
+    sample_distance: float = 0.5  # of VTK's final images and of derivatives, in voxels
+    renderer: Drawing = "vtk"  # "auto" for VTK at rest, and the ray caster in motion
+    denoises: bool = True  # path-traced pictures, where the package for it is installed
+    samples: int = 64  # of each pixel of path-traced pictures to save
+    passes: bool = False
+    """Whether another renderer draws soon, once its kernels are compiled: until then no image takes
+    long, and nothing draws in VTK's place."""
+    is_truth: bool = False
+    """Whether a generator's image is compared with it. Then "auto" has VTK draw at rest without a
+    graphics card, too; else the ray caster draws there, which is several times as fast."""
+
+    @property
+    def smooth_distance(self) -> float:
+        """Sample distance of the ray caster's final images, in voxels."""
+        return smooth_distance(self.sample_distance, self.lighting)
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,6 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from functools import partial
-from typing import TYPE_CHECKING
 
 import numpy as np
 from PySide6.QtCore import QObject, Qt, Signal, Slot
@@ -19,10 +18,7 @@ from app.engines.messages import (
     Result,
     error_sentence,
 )
-from app.engines.requests import Engine, Image, Request, SupersededError, Watch
-
-if TYPE_CHECKING:
-    from app.engines.engines import ReferenceSettings
+from app.engines.requests import Engine, Image, ReferenceSettings, Request, SupersededError, Watch
 
 THREAD_PREFIX = "tfscope-"
 

@@ -7,8 +7,9 @@ from functools import partial
 from pathlib import Path
 
 from app.engines.client import EngineClient
-from app.engines.engines import Builders, ReferenceSettings
+from app.engines.engines import Builders
 from app.engines.messages import EngineReady
+from app.engines.requests import ReferenceSettings
 from app.state.opened_volume import OpenedVolume
 from model.generator.catalog import PATH_LIGHT
 from model.networks.card import recorded_agreement, recorded_error, recorded_errors

@@ -8,10 +8,9 @@ from PySide6.QtCore import QObject
 
 from app.engines.background import Pause
 from app.engines.client import Channel, Clients, EngineClient
-from app.engines.engines import ReferenceSettings
 from app.engines.exactness import STOPS, USUAL
 from app.engines.messages import Result
-from app.engines.requests import ImageRequest, Quality
+from app.engines.requests import ImageRequest, Quality, ReferenceSettings
 from app.state.viewer_state import ViewerState
 from model.rendering.raster import Raster
 from model.scene.inputs import SceneInputs

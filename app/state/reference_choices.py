@@ -6,10 +6,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
-from app.engines.engines import Drawing, ReferenceSettings
 from app.engines.exactness import STOPS, USUAL, Stop
 from app.engines.messages import Result
 from app.engines.pace import FIRST_SIZE
+from app.engines.requests import Drawing, ReferenceSettings
 from app.state.settings import LightingChoice
 from model.scene.scene import LightDirection, Lighting, LightRange, Scene
 

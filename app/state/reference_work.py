@@ -10,9 +10,10 @@ from PySide6.QtCore import QObject, Qt, Signal
 
 from app.engines.background import Pause
 from app.engines.client import Clients, EngineState
-from app.engines.engines import Builders, ReferenceSettings
+from app.engines.engines import Builders
 from app.engines.exactness import STOPS, Stop
 from app.engines.messages import Result
+from app.engines.requests import ReferenceSettings
 from app.state.edited_tf import PaneName
 from app.state.image_errors import TradeWork
 from app.state.image_scheduler import NO_MODEL_SIZE, ImageScheduler

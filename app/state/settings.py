@@ -7,8 +7,8 @@ from typing import Annotated, Literal
 
 from msgspec import Meta
 
-from app.engines.engines import Drawing
 from app.engines.exactness import USUAL, Stop
+from app.engines.requests import Drawing
 from app.state.sensitivity_state import NamedRegion
 from model.scene.clip_plane import ClipPlane
 from model.scene.crop import CropBox

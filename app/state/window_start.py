@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from app.engines.engines import Drawing
+from app.engines.requests import Drawing
 from model.errors import TfscopeError
 from model.scene.clip_plane import ClipPlane
 from model.scene.crop import CropBox

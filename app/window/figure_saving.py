@@ -18,9 +18,8 @@ from PySide6.QtWidgets import QDialog, QProgressDialog
 
 from app.engines.background import LatestCall
 from app.engines.client import Channels
-from app.engines.engines import ReferenceSettings
 from app.engines.messages import Result
-from app.engines.requests import PictureRequest, Quality
+from app.engines.requests import PictureRequest, Quality, ReferenceSettings
 from app.figures.plots import save_image
 from app.state.at_work import AtWork
 from app.state.settings import FigureSettings

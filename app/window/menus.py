@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QMenu
 
 from app.caption_button import CaptionButton
 from app.controls import add_action, add_choices, show_tips
-from app.engines.engines import Drawing
+from app.engines.requests import Drawing
 from app.glosses import open_glossary
 from app.icons import IconButton
 from app.image_view.reference_controls import DRAWINGS

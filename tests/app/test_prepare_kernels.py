@@ -6,7 +6,8 @@ from pathlib import Path
 import pytest
 
 from app.engines import compilation
-from app.engines.engines import REAL_BUILDERS, ReferenceSettings
+from app.engines.engines import REAL_BUILDERS
+from app.engines.requests import ReferenceSettings
 from model.kernel_cache import KernelGroup
 
 ROOT = Path(__file__).parents[2]

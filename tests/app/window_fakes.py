@@ -10,9 +10,9 @@ import numpy as np
 from ramp import make_tf, make_volume
 from toy_codec import toy_space
 
-from app.engines.engines import Builders, ReferenceSettings
+from app.engines.engines import Builders
 from app.engines.pace import SCALES
-from app.engines.requests import UNWATCHED, Image, ImageRequest, Quality
+from app.engines.requests import UNWATCHED, Image, ImageRequest, Quality, ReferenceSettings
 from model.errors import NotOfferedError, VolumeError
 from model.rendering.raster import Raster
 from model.scene.inputs import SceneInputs
