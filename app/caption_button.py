@@ -30,36 +30,21 @@ class CaptionButton(QToolButton):
     def __init__(self, on_image: bool = False) -> None:
         super().__init__()
         self._on_image = on_image
-        self._title = self._detail = ""
-        self._tone: Tone = "dim"
+        self.title = self.detail = ""
+        self.tone: Tone = "dim"  # colour of the detail
         self._folds = False
         self.setFixedHeight(HEIGHT)
         self.setSizePolicy(QSizePolicy.Policy.Maximum, QSizePolicy.Policy.Fixed)
         self.setCursor(Qt.CursorShape.ArrowCursor)
         self.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
 
-    @property
-    def title(self) -> str:
-        """The title, as a whole."""
-        return self._title
-
-    @property
-    def detail(self) -> str:
-        """The detail, as a whole."""
-        return self._detail
-
-    @property
-    def tone(self) -> Tone:
-        """Colour of the detail."""
-        return self._tone
-
     def set_title(self, title: str) -> None:
         """Set the title."""
-        self._set(title, self._detail, self._tone)
+        self._set(title, self.detail, self.tone)
 
     def set_detail(self, detail: str, tone: Tone = "dim") -> None:
         """Set the detail and its colour."""
-        self._set(self._title, detail, tone)
+        self._set(self.title, detail, tone)
 
     def set_folded(self, folded: bool) -> None:
         """Leave the detail out, or show it again."""
@@ -84,9 +69,9 @@ class CaptionButton(QToolButton):
 
     def sizeHint(self) -> QSize:
         """Return the size of all of its words."""
-        width = 2 * PADDING + self._width_of(self._title, True)
-        if self._detail and not self._folds:
-            width += GAP + self._width_of(self._detail)
+        width = 2 * PADDING + self._width_of(self.title, True)
+        if self.detail and not self._folds:
+            width += GAP + self._width_of(self.detail)
         if self.menu() is not None:
             width += GAP + ARROW
         return QSize(width, HEIGHT)
@@ -125,19 +110,19 @@ class CaptionButton(QToolButton):
         enabled = self.isEnabled()
         font = self._font(bold=True)
         metrics = QFontMetrics(font)
-        title = metrics.elidedText(self._title, Qt.TextElideMode.ElideMiddle, max(right - left, 0))
+        title = metrics.elidedText(self.title, Qt.TextElideMode.ElideMiddle, max(right - left, 0))
         painter.setFont(font)
         painter.setPen(QColor(colors.text if enabled else colors.disabled))
         painter.drawText(QRectF(left, 0, right - left, height), flags, title)
         left += metrics.horizontalAdvance(title) + GAP
-        if not self._detail or self._folds or right - left < 20:
+        if not self.detail or self._folds or right - left < 20:
             return
         font = self._font()
         detail = QFontMetrics(font).elidedText(
-            self._detail, Qt.TextElideMode.ElideRight, right - left
+            self.detail, Qt.TextElideMode.ElideRight, right - left
         )
         painter.setFont(font)
-        painter.setPen(QColor(getattr(colors, self._tone)))
+        painter.setPen(QColor(getattr(colors, self.tone)))
         painter.drawText(QRectF(left, 0, right - left, height), flags, detail)
 
     def _paint_arrow(self, painter: QPainter, color: QColor, left: int) -> None:
@@ -153,9 +138,9 @@ class CaptionButton(QToolButton):
         )
 
     def _set(self, title: str, detail: str, tone: Tone) -> None:
-        if (title, detail, tone) == (self._title, self._detail, self._tone):
+        if (title, detail, tone) == (self.title, self.detail, self.tone):
             return
-        self._title, self._detail, self._tone = title, detail, tone
+        self.title, self.detail, self.tone = title, detail, tone
         self.setAccessibleName(", ".join(filter(None, (title, detail))))
         self.updateGeometry()
         self.update()

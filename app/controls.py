@@ -31,6 +31,7 @@ from PySide6.QtWidgets import (
     QComboBox,
     QDialog,
     QDialogButtonBox,
+    QFormLayout,
     QFrame,
     QLabel,
     QLayout,
@@ -72,8 +73,6 @@ GAP, WIDTH = 6, 320  # distance to the menu, and width of a tooltip at most, in 
 
 
 class _MenuTips(QObject):
-    """Shows the tooltips of one menu."""
-
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """Show the tooltip of the entry under the mouse, instead of Qt."""
         if not (isinstance(watched, QMenu) and isinstance(event, QHelpEvent)):
@@ -192,6 +191,36 @@ def close_box(dialog: QDialog) -> QDialogButtonBox:
     return box
 
 
+def answer_box(
+    dialog: QDialog, accept: str, reject: str = "Cancel"
+) -> tuple[QDialogButtonBox, QPushButton]:
+    """Return a dialog's buttons, and of them the one that Enter presses."""
+    box, role = QDialogButtonBox(), QDialogButtonBox.ButtonRole
+    button = box.addButton(accept, role.AcceptRole)
+    button.setDefault(True)
+    box.addButton(reject, role.RejectRole)
+    box.rejected.connect(dialog.reject)
+    return box, button
+
+
+def form(*rows: tuple[str, QWidget | QLayout]) -> QFormLayout:
+    """Return rows of names and fields."""
+    made = QFormLayout()
+    made.setVerticalSpacing(8)
+    made.setHorizontalSpacing(16)
+    for name, field in rows:
+        made.addRow(name, field)
+    return made
+
+
+def rule(height: int = 20) -> QFrame:
+    """Return an upright line between groups of controls."""
+    line = QFrame()
+    line.setProperty("role", "line")
+    line.setFixedSize(1, height)
+    return line
+
+
 def label(text: str, role: Literal["title", "dim"]) -> QLabel:
     """Return a plain text in the style of its role."""
     made = QLabel(text)
@@ -255,7 +284,7 @@ def picture_icon(picture: QImage | None, size: int) -> QIcon:
         shown = QPixmap(size, size)
         shown.fill(Qt.GlobalColor.black)
         painter = QPainter(shown)
-        painter.setPen(QColor(theme.DIM_TEXT))
+        painter.setPen(QColor(theme.DIM))
         painter.drawText(shown.rect(), Qt.AlignmentFlag.AlignCenter, "…")
         painter.end()
     else:

@@ -86,11 +86,7 @@ class WholeNumberBox(QSpinBox):
 
     def validate(self, text: str, position: int) -> tuple[QValidator.State, str, int]:
         """Accept numbers within the range, and let others be typed."""
-        try:
-            fits = self.minimum() <= self.valueFromText(text) <= self.maximum()
-        except ValueError:
-            fits = False
-        return _state(self._number(text), fits), text, position
+        return _state(self, self._number(text)), text, position
 
     def valueFromText(self, text: str) -> int:
         """Read a number that is accepted."""
@@ -162,16 +158,16 @@ class NumberBox(QDoubleSpinBox):
 
     def validate(self, text: str, position: int) -> tuple[QValidator.State, str, int]:
         """Accept numbers within the range, and let others be typed."""
-        try:
-            fits = self.minimum() <= self.valueFromText(text) <= self.maximum()
-        except ValueError:
-            fits = False
-        return _state(text, fits), text, position
+        return _state(self, text), text, position
 
 
-def _state(text: str, fits: bool) -> QValidator.State:
+def _state(box: WholeNumberBox | NumberBox, text: str) -> QValidator.State:
     if not CHARACTERS.issuperset(text):
         return QValidator.State.Invalid
+    try:
+        fits = box.minimum() <= box.valueFromText(text) <= box.maximum()
+    except ValueError:
+        fits = False
     return QValidator.State.Acceptable if fits else QValidator.State.Intermediate
 
 

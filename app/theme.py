@@ -1,6 +1,6 @@
 """The window's colours, dark and light, and its style sheet.
 
-The names in capitals are the colours of the theme that is in use: take them when you
+A role in capitals, such as `TEXT`, is its colour in the theme that is in use: take it when you
 paint, and renew a pen that you keep on `QEvent.PaletteChange`. What lies over an image is dark in
 both themes, and takes its colours from :data:`ON_IMAGE`.
 """
@@ -43,40 +43,28 @@ class Colors:
     error: str
 
 
-DARK = Colors(
-    window="#17181a",
-    panel="#1f2022",
-    field="#2a2b2e",
-    plot="#151617",
-    voxels="#3a3c40",
-    pressed="#1d3f55",
-    line="#3a3c40",
-    text="#dcdddf",
-    dim="#a4a7ac",
-    disabled="#6f7278",
-    curve="#f0f0f0",
-    change="#56b4e9",
-    visible="#2fb890",
-    attention="#e6a532",
-    error="#ef8a62",
-)
+_COLORS = {
+    "window": ("#17181a", "#c6c8ca"),
+    "panel": ("#1f2022", "#cfd1d3"),
+    "field": ("#2a2b2e", "#dddfe0"),
+    "plot": ("#151617", "#d8dadb"),
+    "voxels": ("#3a3c40", "#b4b7ba"),
+    "pressed": ("#1d3f55", "#a8cbe2"),
+    "line": ("#3a3c40", "#a2a5a9"),
+    "text": ("#dcdddf", "#16181a"),
+    "dim": ("#a4a7ac", "#3d4045"),
+    "disabled": ("#6f7278", "#64676c"),
+    "curve": ("#f0f0f0", "#1b1d1f"),
+    "change": ("#56b4e9", "#074f7d"),
+    "visible": ("#2fb890", "#005c43"),
+    "attention": ("#e6a532", "#6b4500"),
+    "error": ("#ef8a62", "#8f2f0a"),
+}
+"""Colours of the dark and of the light theme, by their roles."""
 
-LIGHT = Colors(
-    window="#c6c8ca",
-    panel="#cfd1d3",
-    field="#dddfe0",
-    plot="#d8dadb",
-    voxels="#b4b7ba",
-    pressed="#a8cbe2",
-    line="#a2a5a9",
-    text="#16181a",
-    dim="#3d4045",
-    disabled="#64676c",
-    curve="#1b1d1f",
-    change="#074f7d",
-    visible="#005c43",
-    attention="#6b4500",
-    error="#8f2f0a",
+DARK, LIGHT = (
+    Colors(**dict(zip(_COLORS, column, strict=True)))
+    for column in zip(*_COLORS.values(), strict=True)
 )
 
 ON_IMAGE = DARK  # colours of what lies over an image, which is black in both themes
@@ -87,32 +75,13 @@ CANVAS = "#000000"
 
 TEXT_PIXELS, SMALL_PIXELS = 13, 12  # height of text, and of captions, chips and the status line
 
-_ROLES = {
-    "BACKGROUND": "window",
-    "PANEL": "panel",
-    "FIELD": "field",
-    "PLOT": "plot",
-    "VOXELS": "voxels",
-    "BORDER": "line",
-    "TEXT": "text",
-    "DIM_TEXT": "dim",
-    "FAINT_TEXT": "disabled",
-    "CURVE": "curve",
-    "ACCENT": "change",
-    "CHANGE": "change",
-    "VISIBLE": "visible",
-    "WARNING": "attention",
-    "ERROR": "error",
-}
-"""Colours of the theme in use, by their names in this module."""
-
 _used = DARK
 
 
 def __getattr__(name: str) -> str:
-    if name not in _ROLES:
+    if not name.isupper():
         raise AttributeError(name)
-    return str(getattr(_used, _ROLES[name]))
+    return str(getattr(_used, name.lower()))
 
 
 def present() -> Colors:

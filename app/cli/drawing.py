@@ -424,18 +424,19 @@ def _write_turntable(asked: Render, drawer: Drawer) -> None:
 
 
 def _figure(asked: Render, drawer: Drawer, view: View) -> QImage:
-    from app.window.figure import FigureLook, Subject, figure
+    from app.window.figure import FigureChoice, Subject, figure
 
     rgba = drawer.draw(view)
     if asked.legend or asked.scale_bar:
         fonts()
     raster = drawer.raster
-    look = FigureLook(raster.width, raster.height, asked.background, asked.legend, asked.scale_bar)
+    marks = asked.legend, asked.scale_bar
+    choice = FigureChoice(raster.width, raster.height, asked.background, *marks)
     units = "" if drawer.volume is None else drawer.volume.units
     scale = Scale.of(drawer.known_volume, _shown(drawer)) if asked.scale_bar else None
     images = {"reference": (rgba, _brightness(asked, drawer))}
     inputs = replace(drawer.inputs, view=view)
-    return figure(look, images, "reference", inputs, Subject(units, scale))
+    return figure(choice, images, inputs, Subject(units, scale))
 
 
 def _brightness(asked: Render, drawer: Drawer) -> float:

@@ -21,8 +21,8 @@ from app.image_view.image_canvas import LEAST_PROGRESS, ImageCanvas, to_qimage
 from app.image_view.picture import BLACK, Background
 from app.number_box import short
 from app.state.at_work import PATIENCE_MS
-from app.state.brightness import Brightness, Lit
 from app.state.edited_tf import PaneName
+from app.state.edits import Brightness, Lit
 from model.scene.inputs import SceneInputs
 
 WITHOUT_IMAGE = (EngineState.WAITING, EngineState.LOADING, EngineState.PAUSED)

@@ -13,7 +13,7 @@ from app import theme
 from app.caption_button import CaptionButton
 from app.controls import WheelGuard, add_choices, add_switch, fill, text_button
 from app.image_view.gestures import light_at
-from app.state.brightness import BRIGHTEST, DARKEST, STEPS_PER_OCTAVE, Brightness, brightness_at
+from app.state.edits import BRIGHTEST, DARKEST, STEPS_PER_OCTAVE, Brightness, brightness_at
 from app.state.reference_work import ReferenceWork
 from app.state.viewer_state import ViewerState
 from model.rendering.brightness import LIT_BRIGHTNESS
@@ -32,7 +32,7 @@ LIGHT_NAMES = {"none": "None", "direct": "Direct", "soft": "Soft", "path": "Path
 """Light that there is, on the button."""
 
 SIZES = {
-    "pane": "As large as the pane",
+    None: "As large as the pane",
     "generator": "As large as the model's image",
     256: "256 × 256",
     512: "512 × 512",
@@ -137,12 +137,12 @@ class ReferenceControls(QObject):
         self._lights[choices.lighting].setChecked(True)
         self._denoises.setChecked(choices.denoises)
         is_automatic = choices.lighting == "auto"
-        unlit = is_automatic and settings.lighting == "none" and self._work.light_is_slow
+        unlit = is_automatic and settings.lighting == "none" and "direct" in self._work.slow_lights
         name = LIGHT_NAMES[settings.lighting] + (" (too slow)" if unlit else "")
         of = f"{pane}: " if self._tf_input.compares else ""
         self.light.set_title(f"{of}{name}")
         self.light.setAccessibleName(f"Light: {self.light.title}")
-        why = ": soft light takes too long here" if self._work.soft_is_slow else ""
+        why = ": soft light takes too long here" if "soft" in self._work.slow_lights else ""
         chosen = f"Light, chosen automatically{why}" if is_automatic else "Light"
         whose = f"image {pane}" if of else "the ground truth"
         self.light.setToolTip(f"{chosen}\nLight of {whose}, and brightness of both images")
@@ -240,7 +240,7 @@ class LightBall(QWidget):
         shade.setColorAt(1.0, QColor(theme.CANVAS))
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        painter.setPen(QColor(theme.DIM_TEXT if self.isEnabled() else theme.FAINT_TEXT))
+        painter.setPen(QColor(theme.DIM if self.isEnabled() else theme.DISABLED))
         painter.setBrush(shade)
         painter.drawEllipse(middle, radius, radius)
         painter.end()

@@ -28,7 +28,7 @@ from app.image_view.image_canvas import (
     paint_progress,
     to_qimage,
 )
-from app.state.brightness import Brightness
+from app.state.edits import Brightness
 from app.state.latent_pictures import GridPicture
 from model.latent.latent_map import CELLS
 

@@ -152,7 +152,7 @@ class Preview(QObject):
         self._pane = pane
         self._area = area
         self._covers = False
-        self._curve = Curve(pg.mkPen(theme.WARNING, width=1.6, dash=[5, 3]))
+        self._curve = Curve(pg.mkPen(theme.ATTENTION, width=1.6, dash=[5, 3]))
         self._curve.setZValue(80)
         self._curve.hide()
         area.opacity.addItem(self._curve, ignoreBounds=True)

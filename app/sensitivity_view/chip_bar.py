@@ -8,7 +8,7 @@ from typing import Literal
 
 from PySide6.QtCore import QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QIcon, QPainter, QPen, QPixmap
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QInputDialog, QMenu, QToolButton, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QInputDialog, QMenu, QToolButton, QWidget
 
 from app import theme
 from app.controls import (
@@ -17,6 +17,7 @@ from app.controls import (
     add_switch,
     add_title,
     fill,
+    rule,
     show_tips,
     text_button,
 )
@@ -88,7 +89,7 @@ class Chip(QToolButton):
         self._draw()
 
     def _draw(self) -> None:
-        colors = {"visible": theme.VISIBLE, "voxels": theme.FAINT_TEXT}
+        colors = {"visible": theme.VISIBLE, "voxels": theme.DISABLED}
         color = QColor(colors.get(self._form, theme.CHANGE))
         ratio = self.devicePixelRatioF()
         picture = QPixmap(_ICON * ratio)
@@ -196,8 +197,8 @@ class ChipBar(QWidget):
         self._folded_voxels = add_switch(menu, "Voxels", VOXELS_TIP, self._show_voxels)
         # The arrow belongs to the word before it.
         change = fill(QHBoxLayout(), self.change, self.more)
-        parts = self.visible, self.voxels, _rule(), self.panel
-        fill(QHBoxLayout(self), 4, self.region, _rule(), change, *parts, spacing=4)
+        parts = self.visible, self.voxels, rule(18), self.panel
+        fill(QHBoxLayout(self), 4, self.region, rule(18), change, *parts, spacing=4)
         self.refresh()
 
     @property
@@ -278,10 +279,3 @@ class ChipBar(QWidget):
     def _show_voxels(self, on: bool) -> None:
         self._histogram.set_shown(on)
         self.refresh()
-
-
-def _rule() -> QFrame:
-    rule = QFrame()
-    rule.setProperty("role", "line")
-    rule.setFixedSize(1, 18)
-    return rule

@@ -179,7 +179,7 @@ class FieldCover(QObject):
         self._state, self._asked = asker.state, asker.asked
         self._choose, self._changed = choose, changed
         self._images: dict[SceneInputs, tuple[float, NDArray[np.float32]]] = {}
-        self._scale = FLOOR
+        self.scale = FLOOR  # value at the end of the colour bar
         self._caption = ""
         self._hint = ""
         self._what_if: Trial | None = None
@@ -192,11 +192,6 @@ class FieldCover(QObject):
     def caption(self) -> str:
         """Meaning of the colours, in a sentence; empty if no field is shown."""
         return self._caption if self._shown_as is not None else ""
-
-    @property
-    def scale(self) -> float:
-        """Value at the end of the colour bar."""
-        return self._scale
 
     def set_hint(self, hint: str) -> None:
         """Mark learned fields while inputs are outside what the model was trained on."""
@@ -237,9 +232,9 @@ class FieldCover(QObject):
             return
         what_if = answer.what_if
         difference = np.asarray(what_if.difference.mean(axis=-1), dtype=np.float64)
-        self._scale = scale_of(difference, LEAST_DIFFERENCE)
-        colored = overlay(what_if.image, difference, self._scale, "signed")
-        self._caption = f"{short(self._scale)} (brighter): difference of pixel values by {edit}"
+        self.scale = scale_of(difference, LEAST_DIFFERENCE)
+        colored = overlay(what_if.image, difference, self.scale, "signed")
+        self._caption = f"{short(self.scale)} (brighter): difference of pixel values by {edit}"
         self._show(colored, "signed", "change by the edit")
         detail = f"{edit}: changes by {change_text(what_if.rmse)}, {answer.source}"
         self.pane.name_cover("What if", detail, self._caption)
@@ -270,10 +265,10 @@ class FieldCover(QObject):
         """Cover the image by a picture, whose colours are said in the bar."""
         self._shown_as = measure
         self.pane.canvas.cover = to_qimage(colored)
-        high = f"{100 * self._scale:.0f} %" if measure == "visible" else short(self._scale)
+        high = f"{100 * self.scale:.0f} %" if measure == "visible" else short(self.scale)
         texts = ("0", high, meaning)
         if measure == "signed":
-            texts = (short(-self._scale), short(self._scale, signed=True), meaning)
+            texts = (short(-self.scale), short(self.scale, signed=True), meaning)
         self.bar.show_scale(measure, texts, self._caption)
         self._changed()
 
@@ -284,12 +279,12 @@ class FieldCover(QObject):
             # One scale for exact and learned fields, so that their colours can be compared.
             every = (answer,) if is_part else (answer, *self._asker.both_fields)
             least = LEAST_SEEN if is_part else FLOOR
-            self._scale = max(scale_of(middle_square(self._shown(each)), least) for each in every)
+            self.scale = max(scale_of(middle_square(self._shown(each)), least) for each in every)
         field, image = _square_together(self._shown(answer), image)
-        colored = overlay(image, _resized(field, image), self._scale, measure)
+        colored = overlay(image, _resized(field, image), self.scale, measure)
         values = self._state.range_text(answer.request.values)
         if is_part:
-            self._caption = f"{100 * self._scale:.0f} %: part of a pixel that shows {values}"
+            self._caption = f"{100 * self.scale:.0f} %: part of a pixel that shows {values}"
             title, meaning = f"Where {values} is visible", "of the pixel"
         else:
             self._caption = self._described(answer)
@@ -307,7 +302,6 @@ class FieldCover(QObject):
         return is_moving or self._asked.choices.locked
 
     def _shown(self, answer: Answer[Any]) -> NDArray[np.float64]:
-        """Field in the displayed unit."""
         request = answer.request
         if isinstance(request, ValueVisibilityRequest):
             return np.asarray(answer.value, dtype=np.float64)
@@ -316,7 +310,7 @@ class FieldCover(QObject):
 
     def _described(self, answer: Answer[Any]) -> str:
         end = " (brighter)" if self._asked.choices.measure == "signed" else ""
-        text = f"{short(self._scale)}{end}: slope per +.01 opacity, {answer.source}"
+        text = f"{short(self.scale)}{end}: slope per +.01 opacity, {answer.source}"
         if answer.source == "learned" and self._hint:
             text += ", outside what it was trained on"
         return text

@@ -120,53 +120,46 @@ class Peaks:
 
 @dataclass(frozen=True)
 class Findings:
-    """All that the panel says; what is not fresh is of another image, and dim."""
+    """Rows of one part of the panel, and a note; what is not fresh is of another image."""
 
-    title: str
-    values_heading: str
-    values: tuple[Row, ...]
-    values_note: str
-    values_fresh: bool
-    edits: tuple[Row, ...]
-    edits_note: str
-    edits_fresh: bool
-    effects: tuple[tuple[str, str], ...]
+    rows: tuple[Row, ...]
+    note: str
+    is_fresh: bool
 
 
-def findings_of(
-    asker: SensitivityAsker, values: tuple[Contribution, ...], peaks: Peaks
-) -> Findings:
-    """Say what was found about the active region, and the clicked place if there is one."""
-    asked, state = asker.asked, asker.state
-    answer, fresh = answer_of_values(asker), asker.is_fresh(asker.region)
-    values_fresh = answer is not None and answer.is_of(state.inputs)
+def values_found(asker: SensitivityAsker, values: tuple[Contribution, ...]) -> Findings:
+    """Say what is visible in the active region, or at the clicked place if there is one."""
+    answer = answer_of_values(asker)
+    is_fresh = answer is not None and answer.is_of(asker.state.inputs)
     waiting = asker.waiting if asker.engines else ""
+    rows = []
+    for one, percent in zip(values, percentages(values), strict=True):
+        reach = asker.state.range_text(one.reach)
+        tip = VALUE_TIP.format(reach, percent)
+        rows.append(Row((reach, f"{percent} %"), tip, share=one.share))
+    note = "" if values else "nothing visible" if is_fresh else waiting
+    return Findings(tuple(rows), note, is_fresh)
+
+
+def edits_found(
+    asker: SensitivityAsker, peaks: Peaks, values: Findings
+) -> tuple[Findings, list[tuple[str, str]]]:
+    """Say which edits change the active region most, and their effects for flags and in words."""
+    is_fresh = asker.is_fresh(asker.region)
     edits = [_edit(asker, number, interval) for number, interval in enumerate(peaks.intervals, 1)]
     if peaks.intervals:
         out = peaks.left_out
         note = "" if out is None else f"not listed: background at {asker.state.value_text(out)}"
-    elif fresh:
+    elif is_fresh:
         # Or it only rises towards values that hardly any voxel has.
         flat = peaks.strongest is None
         note = "no edit changes this region" if flat else "the curve has no peak"
     else:
         # Said once, above.
-        note = asker.waiting if asker.is_waiting and (values or values_fresh) else ""
-    return Findings(
-        title=asked.region_name,
-        values_heading="Values visible" if asked.place is None else "Values at the clicked place",
-        values=tuple(
-            Row((reach, f"{percent} %"), VALUE_TIP.format(reach, percent), share=one.share)
-            for one, percent in zip(values, percentages(values), strict=True)
-            for reach in (asker.state.range_text(one.reach),)
-        ),
-        values_note="" if values else "nothing visible" if values_fresh else waiting,
-        values_fresh=values_fresh,
-        edits=tuple(row for row, _effect in edits),
-        edits_note=note,
-        edits_fresh=fresh,
-        effects=tuple(effect for _row, effect in edits),
-    )
+        said = asker.is_waiting and (values.rows or values.is_fresh)
+        note = asker.waiting if said else ""
+    rows = tuple(row for row, _effect in edits)
+    return Findings(rows, note, is_fresh), [effect for _row, effect in edits]
 
 
 def _edit(asker: SensitivityAsker, number: int, interval: Interval) -> tuple[Row, tuple[str, str]]:
@@ -237,7 +230,7 @@ def _agreement_text(found: Agreement, hint: str) -> str:
 
 
 def _warning(text: str) -> str:
-    return f"<span style='color:{theme.WARNING}'>{text}</span>"
+    return f"<span style='color:{theme.ATTENTION}'>{text}</span>"
 
 
 def _trust_word(cosine: float) -> str:

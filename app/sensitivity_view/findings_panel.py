@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import partial
+from itertools import zip_longest
 
 from PySide6.QtCore import QEvent, QObject, QRectF, Qt
 from PySide6.QtGui import QColor, QEnterEvent, QPainter, QPaintEvent
@@ -25,7 +26,7 @@ from app.controls import ElidedLabel, add_action, fill, text_button
 from app.glosses import explain, without_links
 from app.icons import IconButton
 from app.number_box import NumberBox
-from app.sensitivity_view.findings import ROWS, Row, Values, findings_of, source_text
+from app.sensitivity_view.findings import ROWS, Row, Values, edits_found, source_text, values_found
 from app.sensitivity_view.response_layer import ResponseLayer
 from app.sensitivity_view.what_if import EditActions, Emphasis, WhatIfQuestion
 from app.state.sensitivity_asker import SensitivityAsker
@@ -153,10 +154,10 @@ class PanelRow(QWidget):
             painter.setBrush(QColor(theme.FIELD))
             painter.drawRoundedRect(QRectF(self.rect()), 4, 4)
         if self._shown.badge:
-            painter.setBrush(QColor(theme.CHANGE if self.isEnabled() else theme.FAINT_TEXT))
+            painter.setBrush(QColor(theme.CHANGE if self.isEnabled() else theme.DISABLED))
             box = QRectF(4, (self.height() - 18) / 2, 18, 18)
             painter.drawRoundedRect(box, 3, 3)
-            painter.setPen(QColor(theme.BACKGROUND))
+            painter.setPen(QColor(theme.WINDOW))
             painter.drawText(box, Qt.AlignmentFlag.AlignCenter, self._shown.badge)
         if self._shown.share is not None:
             painter.setPen(Qt.PenStyle.NoPen)
@@ -318,31 +319,29 @@ class FindingsPanel(QFrame):
         if asker.state.live:
             return
         self.values = self.values.of(asker, self._holds)
-        said = findings_of(asker, self.values.found, layer.peaks)
+        values = values_found(asker, self.values.found)
+        edits, effects = edits_found(asker, layer.peaks, values)
         # Where there is little room, the heading of values is not there.
-        is_place = self._is_low and asker.asked.place is not None
-        self.title.set_full_text(said.values_heading if is_place else said.title)
+        is_place = asker.asked.place is not None
+        heading = "Values at the clicked place" if is_place else "Values visible"
+        self.values_heading.setText(heading)
+        self.title.set_full_text(heading if self._is_low and is_place else asker.asked.region_name)
         self.rename.setEnabled(asker.asked.active is not None)
-        self.values_heading.setText(said.values_heading)
-        for label, text, found in (
-            (self.values_note, said.values_note, said.values),
-            (self.edits_note, said.edits_note, said.edits),
+        for label, rows, found in (
+            (self.values_note, self.value_rows, values),
+            (self.edits_note, self.edit_rows, edits),
         ):
-            label.setText(text)
+            label.setText(found.note)
             # Where there is little room, rows say enough.
-            label.setVisible(bool(text) and not (self._is_low and found))
-        for rows, found, fresh in (
-            (self.value_rows, said.values, said.values_fresh),
-            (self.edit_rows, said.edits, said.edits_fresh),
-        ):
-            for index, row in enumerate(rows):
-                row.show_row(found[index] if index < len(found) else None, fresh)
-        for row, value in zip(self.value_rows, said.values, strict=False):
+            label.setVisible(bool(found.note) and not (self._is_low and found.rows))
+            for row, shown in zip_longest(rows, found.rows):
+                row.show_row(shown, found.is_fresh)
+        for row, value in zip(self.value_rows, values.rows, strict=False):
             for button, (how, *_) in zip(row.buttons, EMPHASES, strict=True):
                 button.setAccessibleName(f"{how.capitalize()} {value.texts[0]}")
-        for row, (_flag, name) in zip(self.edit_rows, said.effects, strict=False):
+        for row, (_flag, name) in zip(self.edit_rows, effects, strict=False):
             row.buttons[0].setAccessibleName(f"Add {name.partition(';')[0].lower()}")
-        layer.say_effects(said.effects)
+        layer.say_effects(effects)
         self._what_if.enable()
 
     def show_result(self) -> None:

@@ -389,7 +389,6 @@ class PlaceLabel(QFrame):
         self.raise_()
 
     def _row_of(self, piece: Piece, number: str) -> str:
-        """Write what can be done with a piece, as a row of the table."""
         band = piece.values
         what = "Piece" if band is None else f"Piece of {self._asker.state.range_text(band)}"
         does = " · ".join(
@@ -402,7 +401,6 @@ class PlaceLabel(QFrame):
         )
 
     def _take(self, link: str) -> None:
-        """Show a piece alone, or cut it away."""
         self._finder.take(int(link[1:]), alone=link[0] == "a")
 
     def eventFilter(self, _canvas: QObject, event: QEvent) -> bool:

@@ -265,7 +265,7 @@ class ResponseLayer:
         self._curves["exact"].setPen(pg.mkPen(color, width=2))
         dashed = pg.mkPen(color, width=1.6, style=Qt.PenStyle.DashLine)
         self._curves["learned"].setPen(dashed)
-        self._zero.setPen(pg.mkPen(theme.BORDER, width=1, style=Qt.PenStyle.DotLine))
+        self._zero.setPen(pg.mkPen(theme.LINE, width=1, style=Qt.PenStyle.DotLine))
         self._stems.setPen(pg.mkPen(color, width=1))
         self._tops.setBrush(pg.mkBrush(color))
         self.fit()

@@ -19,7 +19,7 @@ from app.engines.requests import BatchRequest
 from app.number_box import short
 from app.sensitivity_view.findings import change_text
 from app.sensitivity_view.response_layer import ResponseLayer
-from app.state.brightness import Brightness
+from app.state.edits import Brightness
 from app.state.sensitivity_asker import BAND_REST_MS, SensitivityAsker, Source
 from app.tf_editor.unit_axis import WIDTHS
 from model.rendering.brightness import brighten

@@ -33,7 +33,7 @@ class EditedTF(EditedInput[TransferFunction]):
 
     def of(self, pane: PaneName) -> TransferFunction | None:
         """Return a pane's TF; None of a B that there never was."""
-        return self._value if pane == self.pane else self._other
+        return self.value if pane == self.pane else self._other
 
     def compare(self, compares: bool) -> None:
         """Show B, at first as a copy of A, with the focus; or show A alone."""
@@ -46,7 +46,7 @@ class EditedTF(EditedInput[TransferFunction]):
         """Edit a pane's TF from now on; B is shown for that."""
         if pane != self.pane or (pane == "B" and not self.compares):
             self.finish()
-            self._show_pair(pane, pane == "B", (self.of(pane) or self._value, self._value))
+            self._show_pair(pane, pane == "B", (self.of(pane) or self.value, self.value))
 
     def copy(self, source: PaneName) -> None:
         """Copy a pane's TF to the other one, which has the focus from then on: an edit."""
@@ -59,7 +59,7 @@ class EditedTF(EditedInput[TransferFunction]):
         """Exchange the TFs of A and B: an edit."""
         self.finish()
         if self._other is not None:
-            pair = self._value, self._other
+            pair = self.value, self._other
             shows = partial(self._show_pair, self.pane, True)
             self._history.change(shows, pair, pair[::-1], "swap A and B")
 
@@ -78,7 +78,7 @@ class EditedTF(EditedInput[TransferFunction]):
         """Take another volume's TFs of A, which has the focus, and B, and the look of B."""
         self.pane, self.compares = "A", compares and other is not None
         self.look = look or LookOfB()
-        self._value, self._other = value, other
+        self.value, self._other = value, other
         self.paneChanged.emit()
         super().start(value)
 
@@ -90,7 +90,7 @@ class EditedTF(EditedInput[TransferFunction]):
 
     def _change(self, text: str, merge_key: str | None) -> None:
         """Make a drag an edit, not merged with one of the other pane, which has the same range."""
-        before, after = self._before, self._value
+        before, after = self._before, self.value
         shows = partial(self._show_pair, self.pane, False)
         key = merge_key and f"{merge_key} of {self.pane}"
         pairs = (before, self._other), (after, _fitted(self._other, after))
@@ -99,10 +99,10 @@ class EditedTF(EditedInput[TransferFunction]):
     def _show_pair(self, pane: PaneName, compares: bool, pair: _Pair) -> None:
         """Give a pane the focus, and show its TF and the other one's, where there was one."""
         value, other = pair
-        before = self._value, self.pane, self.compares, self._other
+        before = self.value, self.pane, self.compares, self._other
         other = other or _fitted(self.of(_other(pane)), value)
         compares = compares or self.compares or pane == "B"
-        self._value, self.pane, self.compares, self._other = value, pane, compares, other
+        self.value, self.pane, self.compares, self._other = value, pane, compares, other
         # First the panes, which say what images are asked for.
         if before[1:] != (pane, compares, other):
             self.paneChanged.emit()

@@ -1,14 +1,19 @@
-"""Edits of the scene's inputs, and the history in which they can be undone."""
+"""Edits of the scene's inputs and the brightness, and the history in which they are undone."""
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import Any, Generic, TypeVar
+from typing import Any, Generic, Literal, TypeVar
 
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QUndoCommand, QUndoStack
+
+from app.engines.client import EngineName
+from model.rendering.brightness import usual_brightness
+from model.scene.scene import Lighting
 
 SAME_GESTURE_S = 1.0  # between two changes of one gesture, as by a key that is held
 
@@ -122,8 +127,7 @@ class EditedInput(QObject, Generic[T]):
     """An input of the scene, such as the transfer function (TF), with undo.
 
     A drag is previewed with :meth:`move`, and becomes one edit by :meth:`finish`. Signals come in
-    pairs, as in pyqtgraph: one at every step of a drag, one at its end. `is_edited` says whether
-    the user has changed it since it was started.
+    pairs, as in pyqtgraph: one at every step of a drag, one at its end.
     """
 
     changed = Signal(object)
@@ -131,48 +135,38 @@ class EditedInput(QObject, Generic[T]):
 
     def __init__(self, first: T, drag: str, history: EditHistory, parent: QObject) -> None:
         super().__init__(parent)
-        self._value = self._before = first
+        self.value = self._before = first
         self._drag, self._history = drag, history
-        self._moving = False
-        self.is_edited = False
+        self.moving = False  # whether it is dragged
+        self.is_edited = False  # by the user, since it was started
         history.returning.connect(self.finish)
-
-    @property
-    def value(self) -> T:
-        """The current value."""
-        return self._value
-
-    @property
-    def moving(self) -> bool:
-        """True during a drag."""
-        return self._moving
 
     def move(self, value: T) -> None:
         """Change the value during a drag."""
         value = self._normal(value)
-        if value != self._value:
-            if not self._moving:
-                self._before = self._value
-            self._moving = True
-            self._value = value
+        if value != self.value:
+            if not self.moving:
+                self._before = self.value
+            self.moving = True
+            self.value = value
             self.changed.emit(value)
 
     def finish(self, text: str = "", merge_key: str | None = None) -> None:
         """End a drag, if there is one, making it one edit; see :meth:`EditHistory.change`."""
-        if not self._moving:
+        if not self.moving:
             return
-        self._moving = False
-        if self._value == self._before:
-            self.changeFinished.emit(self._value)
+        self.moving = False
+        if self.value == self._before:
+            self.changeFinished.emit(self.value)
         else:
-            text = text or self._name(self._value)
+            text = text or self._name(self.value)
             self.is_edited = True
             self._change(text, merge_key)
 
     def cancel(self) -> None:
         """Go back to the value from before the drag, if there is one."""
-        if self._moving:
-            self._moving, was_edited = False, self.is_edited
+        if self.moving:
+            self.moving, was_edited = False, self.is_edited
             self._show(self._before)
             self.is_edited = was_edited
 
@@ -184,21 +178,21 @@ class EditedInput(QObject, Generic[T]):
 
     def start(self, value: T) -> None:
         """Take the value of another volume or lighting, which is no edit."""
-        self._moving = self.is_edited = False
-        self._value = value
+        self.moving = self.is_edited = False
+        self.value = value
         self.changed.emit(value)
         self.changeFinished.emit(value)
 
     def _change(self, text: str, merge_key: str | None) -> None:
         """Make a drag that has ended an edit."""
-        self._history.change(self._show, self._before, self._value, text, merge_key)
+        self._history.change(self._show, self._before, self.value, text, merge_key)
 
     def _show(self, value: T) -> None:
         # The end of a drag does not change the value, so that nothing is redrawn.
-        if value != self._value and self._may_return(value):
-            self._value, self.is_edited = value, True
+        if value != self.value and self._may_return(value):
+            self.value, self.is_edited = value, True
             self.changed.emit(value)
-        self.changeFinished.emit(self._value)
+        self.changeFinished.emit(self.value)
 
     def _name(self, after: T) -> str:
         """Return the name of a drag that ended at a value."""
@@ -211,3 +205,60 @@ class EditedInput(QObject, Generic[T]):
     def _may_return(self, value: T) -> bool:
         """Whether a value may be shown again that was undone or redone."""
         return True
+
+
+DARKEST, BRIGHTEST = 0.25, 32.0  # limits; the greatest is that of an exposed picture of the map
+STEPS_PER_OCTAVE = 8  # steps of a slider from one brightness to its double
+
+
+Lit = EngineName | Literal["b"]  # whose light images have: an engine's, or that of B
+
+
+class Brightness(EditedInput[float | None]):
+    """Brightness of both images, of previews and of saved pictures, as chosen for the reference.
+
+    It changes neither the TF nor what is computed about it. None is the usual one of the light.
+    Where model and reference have different light, each has its own usual one, and a choice changes
+    both by the same factor.
+    """
+
+    def __init__(self, history: EditHistory, parent: QObject) -> None:
+        super().__init__(None, "brightness", history, parent)
+        self._usual: dict[Lit, float] = {"exact": 1.0, "learned": 1.0, "b": 1.0}
+
+    def of(self, engine: Lit) -> float:
+        """Return the brightness of an engine's images under its own light; 1 changes nothing."""
+        chosen = self._usual["exact"] if self.value is None else self.value
+        return chosen * self._usual[engine] / self._usual["exact"]
+
+    def usual(self, engine: Lit) -> float:
+        """Return the usual brightness of an engine's images."""
+        return self._usual[engine]
+
+    def set(self, value: float | None, text: str = "", merge_key: str | None = None) -> None:
+        """Choose a brightness, within its limits, as one edit with the last; None: the usual."""
+        super().set(value, text, merge_key or "brightness")
+
+    def expose(self, factor: float) -> None:
+        """Show images this much brighter than usual; 1 for the usual brightness."""
+        self.set(None if factor == 1 else factor * self._usual["exact"])
+
+    def set_lighting(self, engine: Lit, lighting: Lighting) -> None:
+        """Follow the light of an engine's images: of the reference, of the model, or of B."""
+        usual = usual_brightness(lighting)
+        if usual != self._usual[engine]:
+            self._usual[engine] = usual
+            self.changed.emit(self.value)
+
+    @property
+    def step(self) -> int:
+        """Nearest step of a slider; 0 for a brightness of 1."""
+        return round(STEPS_PER_OCTAVE * math.log2(self.of("exact")))
+
+    def _normal(self, value: float | None) -> float | None:
+        return None if value is None else min(max(value, DARKEST), BRIGHTEST)
+
+
+def brightness_at(step: int) -> float:
+    """Return the brightness at a step of a slider."""
+    return round(2.0 ** (step / STEPS_PER_OCTAVE), 3)

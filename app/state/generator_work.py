@@ -49,6 +49,7 @@ class GeneratorWork:
 
     def __init__(self, client: EngineClient, builders: Builders) -> None:
         self._client, self._builders = client, builders
+        self.opened: OpenedVolume | None = None  # that is shown
         # Of the open model, of this volume or of another one; its scene once it is loaded.
         self.folder: Path | None = None
         self.scene: Scene | None = None
@@ -117,12 +118,10 @@ class GeneratorWork:
                 build = partial(self._builders.generator, self.folder)
             self._client.start(build, LOADING)
 
-    def follow_light(
-        self, opened: OpenedVolume | None, settings: ReferenceSettings, coming: ReferenceSettings
-    ) -> None:
+    def follow_light(self, settings: ReferenceSettings, coming: ReferenceSettings) -> None:
         """Show one denoised sample where the reference is path traced."""
-        wanted, has_waited = self._path_of(opened, settings), self.awaits_path
-        self.awaits_path = wanted is None and self._path_of(opened, coming) is not None
+        wanted, has_waited = self._path_of(settings), self.awaits_path
+        self.awaits_path = wanted is None and self._path_of(coming) is not None
         if wanted != self._path_scene:
             self._path_scene, self.draws_path = wanted, wanted is not None
             self.draws_codes = False
@@ -132,11 +131,9 @@ class GeneratorWork:
         elif has_waited:
             self.begin()
 
-    def _path_of(
-        self, opened: OpenedVolume | None, settings: ReferenceSettings
-    ) -> tuple[Volume, ReferenceSettings] | None:
+    def _path_of(self, settings: ReferenceSettings) -> tuple[Volume, ReferenceSettings] | None:
         """Return what one path-traced sample is drawn of; None where the model draws."""
-        scene = self.scene_for(opened)
+        opened, scene = self.opened, self.volume_scene
         if opened is None or scene is None or scene.lighting == "path":
             return None
         is_clean = settings.denoises and denoising.installed() and PATH_LIGHT.is_file()
@@ -144,30 +141,34 @@ class GeneratorWork:
             return None
         return opened.volume, replace(settings, samples=1)
 
-    def scene_for(self, opened: OpenedVolume | None) -> Scene | None:
-        """Return what the model was trained on, or will be found to be, if that is this volume."""
-        scene = self.scene or self._promised
+    @property
+    def volume_scene(self) -> Scene | None:
+        """What the model was trained on, or will be found to be, if that is the open volume."""
+        scene, opened = self.scene or self._promised, self.opened
         if scene is None or opened is None:
             return None
         return scene if scene.volume_fingerprint == opened.fingerprint else None
 
-    def lighting_for(self, opened: OpenedVolume | None) -> Lighting:
-        """Lighting of the generator's images of a volume; none without a model of it."""
-        scene = self.scene_for(opened)
+    @property
+    def lighting(self) -> Lighting:
+        """Lighting of the generator's images; none without a model of the open volume."""
+        scene = self.volume_scene
         if self.draws_path:
             return "path"
         return "none" if scene is None else scene.lighting
 
-    def fitting_scene(self, opened: OpenedVolume | None) -> Scene | None:
-        """Return the same of a loaded model if the volume is shown over the model's range, too."""
-        scene = self.scene_for(opened)
+    @property
+    def fitting_scene(self) -> Scene | None:
+        """Scene of a loaded model if the volume is shown over the model's range, too."""
+        scene, opened = self.volume_scene, self.opened
         if scene is None or opened is None or self.scene is None or self.draws_path:
             return None
         shown = opened.volume.scalar_range, opened.volume.scale
         return scene if (scene.scalar_range, scene.scale) == shown else None
 
-    def match(self, opened: OpenedVolume | None, is_reading: bool) -> None:
+    def match(self, is_reading: bool) -> None:
         """Pause the generator unless it was trained on the open volume, or one is on its way."""
+        opened = self.opened
         if self.folder is None:
             self._client.pause(NO_MODEL)
         elif self.draws_path:
@@ -177,7 +178,7 @@ class GeneratorWork:
                 self._client.pause("Waiting for the volume …", settled=False)
             else:
                 self._client.pause(NO_VOLUME)
-        elif self.scene is not None and self.scene_for(opened) is None:
+        elif self.scene is not None and self.volume_scene is None:
             self._client.pause(
                 f"This model was trained on '{self.scene.volume_name}', not on this volume; "
                 "open that volume, or a model trained on this one."
@@ -191,9 +192,9 @@ class GeneratorWork:
         else:
             self._client.resume()
 
-    def hint(self, opened: OpenedVolume | None, inputs: SceneInputs, drawn: Lighting) -> str:
+    def hint(self, inputs: SceneInputs, drawn: Lighting) -> str:
         """Describe what is outside of what the model knows, where the reference has a lighting."""
-        scene = self.scene_for(opened)
+        scene = self.volume_scene
         if scene is None or self.draws_path:
             return ""
         hints = [outside_range(inputs, scene)]

@@ -177,12 +177,10 @@ class LatentPictures(QObject):
             self.ask()
 
     def _check_failure(self, client: EngineClient, state: EngineState) -> None:
-        """Say that an engine has failed."""
         if state is EngineState.FAILED and self.state.choices.shown:
             self.problem.emit(client.text)
 
     def _forget(self) -> None:
-        """Forget all pictures, and call off what was asked for."""
         self._grids.cancel()
         self._forget_hover()
         self._forget_grid()

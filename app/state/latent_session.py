@@ -267,7 +267,6 @@ class LatentSession(QObject):
             self._place_present()
 
     def _filter(self) -> None:
-        """Find the samples that pass the filters."""
         map_, latent = self.map, self._latent
         if map_ is None:
             return
@@ -295,7 +294,6 @@ class LatentSession(QObject):
 
     @property
     def _has_overview(self) -> bool:
-        """Whether the overview is that of the present inputs."""
         return self.overview is not None and self.overview_of == _seen_by(self._state.inputs)
 
     def _ensure_open(self) -> None:
@@ -336,7 +334,6 @@ class LatentSession(QObject):
             self.problem.emit(problem)
 
     def _place_present(self) -> None:
-        """Find the place of the present TF."""
         if self.map is None or self.space is None or not self._latent.choices.shown:
             return
         tf = self._state.transfer_function.opacity
@@ -347,7 +344,6 @@ class LatentSession(QObject):
         self.marksChanged.emit()
 
     def _look(self) -> None:
-        """Find what the map's TFs show in the present view."""
         if self.map is None or self.space is None or self._volume is None:
             return
         if not self._latent.choices.shown:

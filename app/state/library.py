@@ -36,25 +36,6 @@ class KnownModel:
     errors: str
 
 
-@dataclass(frozen=True)
-class ModelCheck:
-    """Check of a model's folder, made before a working model is given up for it.
-
-    The problem is a sentence, empty for a model that can be opened. The scene is what it was
-    trained on. The errors are those that its card has, in words.
-    """
-
-    folder: Path
-    problem: str = ""
-    scene: Scene | None = None
-    errors: str = ""
-
-    @property
-    def is_fine(self) -> bool:
-        """True for a model that can be opened."""
-        return not self.problem
-
-
 class Library:
     """Finds the models of a volume and the volume of a model, without reading volumes."""
 
@@ -117,25 +98,25 @@ class Library:
         card = _card(folder)
         return None if card is None else card.scene
 
-    def check_model(self, folder: Path) -> ModelCheck:
-        """Find out whether a folder holds a model that can be opened; quick, and without torch.
+    def check_model(self, folder: Path) -> Scene:
+        """Return what a model that can be opened was trained on; quick, and without torch.
 
         The card must be whole and the weights' file the one that it was written for; the
-        weights are compared by their SHA-256, some hundred MB in a second.
+        weights are compared by their SHA-256, some hundred MB in a second. Raises
+        :class:`CheckpointError`, so that a working model is given up only for one that works.
         """
-        header: dict[str, object] = {}
-        card = None
         try:
             _check_folder(folder)
             header = read_header(folder)
             card = card_of(folder, header)
             read_weights(folder, header)
+        except TfscopeError:
+            raise
         except Exception as error:  # whatever is wrong with it must not cost a working model
-            problem = error_sentence(error)
-            if not isinstance(error, TfscopeError):
-                problem = f"{folder}: the model cannot be read ({problem}); choose another."
-            return ModelCheck(folder, problem, None if card is None else card.scene)
-        return ModelCheck(folder, "", card.scene, error_text(card.metrics))
+            raise CheckpointError(
+                f"{folder}: the model cannot be read ({error_sentence(error)}); choose another."
+            ) from error
+        return card.scene
 
 
 def _check_folder(folder: Path) -> None:
@@ -165,7 +146,6 @@ def _rank(card: ModelCard) -> int:
 
 
 def _volume_files(place: Path) -> Iterator[Path]:
-    """Yield some of a folder's volume files, in alphabetical order."""
     try:
         paths = sorted(path for path in place.iterdir() if path.name.lower().endswith(SUFFIXES))
     except OSError:
@@ -174,7 +154,6 @@ def _volume_files(place: Path) -> Iterator[Path]:
 
 
 def _named(paths: Iterable[Path], names: set[str]) -> Path | None:
-    """Return the first file whose volume has one of some names."""
     return next((path for path in paths if readable_name(path) in names), None)
 
 

@@ -382,7 +382,6 @@ def _first(text: str, others: tuple[str, ...]) -> tuple[str, ...]:
 
 
 def _with_recent(settings: Settings, kind: RecentKind, path: Path) -> Settings:
-    """Put a file first among the recent ones."""
     name = f"recent_{kind}"
     changes: dict[str, Any] = {name: _first(str(path), getattr(settings, name))}
     if kind != "models":

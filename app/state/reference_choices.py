@@ -4,17 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Literal
 
-from app.engines.exactness import STOPS, USUAL, Stop
+from app.engines.exactness import STOPS
 from app.engines.messages import Result
 from app.engines.pace import FIRST_SIZE
-from app.engines.requests import Drawing, ReferenceSettings
-from app.state.settings import LightingChoice
+from app.engines.requests import ReferenceSettings
+from app.state.settings import ImageSettings, LightingChoice
 from model.scene.scene import LightDirection, Lighting, LightRange, Scene
-
-SizeChoice = Literal["pane", "generator"] | int
-"""As many pixels as the pane has, as the generator's image has, or a square of a size."""
 
 EVERYWHERE = LightRange(90.0, 90.0)  # range of a light that no model has to follow
 USUAL_DISTANCE = 0.5  # sample distance in voxels, where neither the user nor a model has another
@@ -27,14 +23,10 @@ JUDGED_SIZE: dict[Lighting, int] = {"soft": 256, "direct": FIRST_SIZE}
 
 
 @dataclass(frozen=True)
-class ReferenceChoices:
+class ReferenceChoices(ImageSettings):
     """Choices of the reference image that are kept between runs, the lighting for each volume."""
 
     lighting: LightingChoice = "auto"
-    drawing: Drawing = "auto"
-    stop: Stop = USUAL
-    size: SizeChoice = "pane"
-    denoises: bool = True
 
     def settings(
         self, scene: Scene | None, slow_lights: frozenset[Lighting] = frozenset()

@@ -20,7 +20,7 @@ from app.state.image_scheduler import NO_MODEL_SIZE, ImageScheduler
 from app.state.preferences import Preferences
 from app.state.preparation import Preparation
 from app.state.reference_choices import ReferenceChoices, quiet_seconds, slow_lights
-from app.state.settings import LightingChoice, LookOfB
+from app.state.settings import ImageSettings, LightingChoice, LookOfB, part_of
 from app.state.viewer_state import ViewerState
 from model.rendering.raster import Raster
 from model.scene.region import SQUARE, Reach
@@ -61,9 +61,7 @@ class ReferenceWork(QObject):
         self._builders, self._scheduler, self._preferences = builders, scheduler, preferences
         self._volume: Volume | None = None
         self._scene: Scene | None = None
-        kept = preferences.settings
-        size = "pane" if kept.reference_size is None else kept.reference_size
-        self.choices = ReferenceChoices("auto", kept.drawing, kept.stop, size, kept.denoises)
+        self.choices = ReferenceChoices(**vars(part_of(preferences.settings, ImageSettings)))
         # What the reference is drawn with now, and once all kernels are compiled.
         self.settings = self.wanted = ReferenceSettings()
         self.settings_b = self.wanted_b = ReferenceSettings()
@@ -113,17 +111,8 @@ class ReferenceWork(QObject):
         return replace(self.choices, **{name: each for name, each in own.items() if each})
 
     @property
-    def light_is_slow(self) -> bool:
-        """Whether images in direct light turned out to take too long here."""
-        return "direct" in self._slow_lights
-
-    @property
-    def soft_is_slow(self) -> bool:
-        """Whether images in soft light turned out to take too long here."""
-        return "soft" in self._slow_lights
-
-    @property
-    def _slow_lights(self) -> frozenset[Lighting]:
+    def slow_lights(self) -> frozenset[Lighting]:
+        """Lights whose images turned out to take too long here."""
         return slow_lights(self._light_seconds)
 
     @property
@@ -133,7 +122,7 @@ class ReferenceWork(QObject):
 
     def resting_distance(self, stop: Stop) -> float:
         """Return how far samples of images at rest would be apart at a stop, in voxels."""
-        settings = replace(self.choices, stop=stop).settings(self._scene, self._slow_lights)
+        settings = replace(self.choices, stop=stop).settings(self._scene, self.slow_lights)
         by_raycast = settings.renderer == "raycast" or self._reference.by_raycast
         return settings.smooth_distance if by_raycast else settings.sample_distance
 
@@ -199,26 +188,21 @@ class ReferenceWork(QObject):
     def _choose(self, choices: ReferenceChoices, keep: bool) -> None:
         if choices == self.choices:
             return
-        redrawn = (choices.size, choices.drawing) != (self.choices.size, self.choices.drawing)
-        relit = choices.lighting != self.choices.lighting
-        traded = choices.stop != self.choices.stop
-        self.choices = choices
+        before, self.choices = self.choices, choices
+        is_resized = choices.reference_size != before.reference_size
+        redrawn = is_resized or choices.drawing != before.drawing
+        relit = choices.lighting != before.lighting
         if relit and self._volume is not None:
             self._is_first = False
         if keep:
             if relit and self._volume is not None:
                 self._preferences.note_volume(self._volume.fingerprint, lighting=choices.lighting)
-            self._preferences.set(
-                drawing=choices.drawing,
-                stop=choices.stop,
-                reference_size=None if choices.size == "pane" else choices.size,
-                denoises=choices.denoises,
-            )
+            self._preferences.set(**vars(part_of(choices, ImageSettings)))
         self.choicesChanged.emit(choices)
         self.follow(self._scene)
         if redrawn:
             self._scheduler.send()
-        elif traded and self._volume is not None:
+        elif choices.stop != before.stop and self._volume is not None:
             self._scheduler.show_trade()
 
     def start(self, volume: Volume, scene: Scene | None, proposed: LightingChoice = "auto") -> None:
@@ -305,11 +289,10 @@ class ReferenceWork(QObject):
 
     def _wanted_of(self, pane: PaneName) -> ReferenceSettings:
         shown = pane if self._state.tf_input.compares else "A"
-        return self.choices_of(shown).settings(self._scene, self._slow_lights)
+        return self.choices_of(shown).settings(self._scene, self.slow_lights)
 
     def _size_images(self) -> None:
-        """Choose the number of pixels of the reference."""
-        size, scheduler = self.choices.size, self._scheduler
+        size, scheduler = self.choices.reference_size, self._scheduler
         if size == "generator" and self._scene is not None:
             size = self._scene.image_size
         scheduler.is_fixed = self.is_patient or isinstance(size, int)
@@ -363,7 +346,7 @@ class ReferenceWork(QObject):
         self._light_seconds[lighting] = seconds
         known = dict(self._light_seconds)
         self._preferences.note_volume(self._volume.fingerprint, light_seconds=known)
-        is_slow = lighting in self._slow_lights
+        is_slow = lighting in self.slow_lights
         if is_slow and self.choices.lighting == "auto" and self._scene is None:
             self.follow(None)
             if self.settings.lighting == "none":

@@ -445,7 +445,6 @@ class SensitivityAsker(QObject):
         return both if same_question(*both) else []
 
     def _forget(self) -> None:
-        """Call off all that was asked, and forget all answers."""
         for channels in self._channels.values():
             channels.cancel()
         self._clear()

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import json
 import os
-from dataclasses import asdict, dataclass, field, fields
+from dataclasses import asdict, dataclass, field
 from pathlib import Path, PureWindowsPath
 from typing import Any
 
 from app.state.sensitivity_state import Choices
-from app.state.settings import SessionSettings, Settings, VolumeMemory
+from app.state.settings import SessionSettings, VolumeMemory
 from model.errors import TfscopeError, os_errors_as
 from model.files import write_atomically
 from model.json_files import MalformedError, build, build_valid, read_json
@@ -96,11 +96,6 @@ class Session:
         if data.get("model") is not None:
             model = _found(build(_Place, data["model"]), path)
         return cls(_found(volume, path), volume.fingerprint, content, model, tuple(wrong))
-
-
-def session_settings(settings: Settings) -> SessionSettings:
-    """Return those settings that a session holds."""
-    return SessionSettings(**{f.name: getattr(settings, f.name) for f in fields(SessionSettings)})
 
 
 def kept_mask(session: Path, memory: VolumeMemory) -> Path | None:

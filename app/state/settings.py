@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import Annotated, Literal
+from dataclasses import dataclass, field, fields
+from typing import Annotated, Literal, TypeVar
 
 from msgspec import Meta
 
@@ -48,13 +48,19 @@ class FigureSettings:
 
 
 @dataclass(frozen=True)
-class SessionSettings:
-    """Settings that a session holds, too: how images are drawn, and what is shown over them."""
+class ImageSettings:
+    """Settings of the reference's images in all volumes."""
 
     drawing: Drawing = "auto"
     stop: Stop = USUAL
     reference_size: ReferenceSize = None
     denoises: bool = True
+
+
+@dataclass(frozen=True)
+class SessionSettings(ImageSettings):
+    """Settings that a session holds, too: how images are drawn, and what is shown over them."""
+
     legend: bool = False
     scale_bar: bool = False
     cube: bool = True
@@ -87,6 +93,15 @@ class Settings(SessionSettings):
     recent_transfer_functions: tuple[str, ...] = ()
     recent_sessions: tuple[str, ...] = ()
     places: dict[str, str] = field(default_factory=dict)
+
+
+T = TypeVar("T")
+
+
+def part_of(settings: ImageSettings, kind: type[T]) -> T:
+    """Return those settings that a class of them, which is a base of theirs, has."""
+    names = [each.name for each in fields(kind)]  # type: ignore[arg-type]
+    return kind(**{name: getattr(settings, name) for name in names})
 
 
 LightingChoice = Literal["auto"] | Lighting

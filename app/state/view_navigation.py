@@ -43,50 +43,30 @@ class ViewNavigation(QObject):
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self._view = self._home = HOME_VIEW
-        self._proportions = CUBE
+        self.view = self._home = HOME_VIEW
+        self.proportions = CUBE  # the volume's lengths along x, y and z, of its diagonal
         self._shown, self._middle = WHOLE, _middle_of(WHOLE)
         self._reach = SQUARE
         self._home_angles: tuple[float, float] | None = None
-        self._up_axis = DEFAULT_UP
-        self._axis_labels: tuple[str, ...] = ()
+        self.up_axis = DEFAULT_UP  # of the volume, such as "+z"
+        self.axis_labels: tuple[str, ...] = ()  # the patient's directions, if they are known
         self.trackball = False
         self._view_moving = False
 
     @property
-    def view(self) -> View:
-        """The current view."""
-        return self._view
-
-    @property
     def angles(self) -> tuple[float, float, float]:
         """Azimuth, elevation and roll of the view about the up axis, in degrees."""
-        return angles_in(self._up_axis, self._view, front=self.front_axis)
+        return angles_in(self.up_axis, self.view, front=self.front_axis)
 
     @property
     def home(self) -> View:
         """Initial view of the volume, with all that its default TF shows in the image."""
-        return replace(self._home, is_orthographic=self._view.is_orthographic)
-
-    @property
-    def up_axis(self) -> str:
-        """Axis of the volume that points up, such as ``"+z"``."""
-        return self._up_axis
+        return replace(self._home, is_orthographic=self.view.is_orthographic)
 
     @property
     def front_axis(self) -> str:
         """Axis of the volume that points to the patient's front; empty when unknown."""
-        return axis_labelled("A", self._axis_labels)
-
-    @property
-    def axis_labels(self) -> tuple[str, ...]:
-        """The patient's direction that each axis points to, see the volume's; may be empty."""
-        return self._axis_labels
-
-    @property
-    def proportions(self) -> Triple:
-        """The volume's lengths along x, y and z, relative to its diagonal."""
-        return self._proportions
+        return axis_labelled("A", self.axis_labels)
 
     @property
     def pivot(self) -> NDArray[np.float64]:
@@ -99,19 +79,19 @@ class ViewNavigation(QObject):
     def for_picture(self, view: View) -> View:
         """Return a view with all that is shown in the middle of a square picture."""
         far = replace(view, distance=FARTHEST_HOME)
-        return centred(far, self._proportions, self._shown)
+        return centred(far, self.proportions, self._shown)
 
     def turned(self, view: View) -> View:
         """Return a view that was turned so that the pivot stays where it is in the image."""
-        pivot, before = self.pivot, Projection(self._view, self._proportions)
+        pivot, before = self.pivot, Projection(self.view, self.proportions)
         if before.depths(pivot[None])[0] < NEAREST_DEPTH:
             return view
-        return holding(pivot, before.places(pivot[None])[0], view, self._proportions)
+        return holding(pivot, before.places(pivot[None])[0], view, self.proportions)
 
     def move_view(self, view: View) -> None:
         """Change the view during a drag."""
-        if view != self._view:
-            self._view = view
+        if view != self.view:
+            self.view = view
             self._view_moving = True
             self.viewChanged.emit(view)
 
@@ -119,7 +99,7 @@ class ViewNavigation(QObject):
         """End a drag of the view, if there is one."""
         if self._view_moving:
             self._view_moving = False
-            self.viewChangeFinished.emit(self._view)
+            self.viewChangeFinished.emit(self.view)
 
     def set_view(self, view: View) -> None:
         """Change the view without a drag."""
@@ -129,7 +109,7 @@ class ViewNavigation(QObject):
     @property
     def is_at_home(self) -> bool:
         """Whether the view is the volume's home view."""
-        return self._view == self.home
+        return self.view == self.home
 
     def reset_view(self) -> None:
         """Go to the volume's home view."""
@@ -137,18 +117,18 @@ class ViewNavigation(QObject):
 
     def set_orthographic(self, on: bool) -> None:
         """Have parallel rays, or rays that meet in the eye; the volume's middle stays as large."""
-        self.set_view(replace(self._view, is_orthographic=on))
+        self.set_view(replace(self.view, is_orthographic=on))
 
     def view_whole(self) -> None:
         """Move the camera to where the whole volume just fits the image."""
-        fitting = fit_distance(self._proportions, self._view, reach=self._reach)
+        fitting = fit_distance(self.proportions, self.view, reach=self._reach)
         distance = min(fitting, FARTHEST_HOME)
-        self.set_view(replace(self._view, distance=distance, pan_x=0.0, pan_y=0.0))
+        self.set_view(replace(self.view, distance=distance, pan_x=0.0, pan_y=0.0))
 
     def look_from(self, name: str) -> None:
         """Look from one of :data:`~model.scene.orientation.STANDARD_VIEWS`, at this distance."""
-        view = standard_view(name, self._view, self._up_axis, front=self.front_axis)
-        self.set_view(holding(self.pivot, np.zeros(2), view, self._proportions))
+        view = standard_view(name, self.view, self.up_axis, front=self.front_axis)
+        self.set_view(holding(self.pivot, np.zeros(2), view, self.proportions))
 
     def set_reach(self, reach: Reach, follow: bool = False) -> None:
         """Set what the home view has to fit, see :data:`model.scene.region.Reach`.
@@ -167,15 +147,15 @@ class ViewNavigation(QObject):
     def set_up_axis(self, up: str) -> None:
         """Set the axis that points up, and stand the volume upright."""
         axis_direction(up)
-        if up == self._up_axis:
+        if up == self.up_axis:
             return
         at_home, angles = self.is_at_home, self.angles
-        self._up_axis = up
+        self.up_axis = up
         self._home = self._upright_home()
         if at_home:
             self.set_view(self.home)
         else:
-            self.set_view(self.turned(view_in(up, *angles, self._view, front=self.front_axis)))
+            self.set_view(self.turned(view_in(up, *angles, self.view, front=self.front_axis)))
         self.navigationChanged.emit()
 
     def set_trackball(self, free: bool) -> None:
@@ -202,16 +182,16 @@ class ViewNavigation(QObject):
         )
         self._view_moving = False
         self._home_angles = home_angles
-        self._proportions, self._axis_labels, self._shown = proportions, axis_labels, shown
+        self.proportions, self.axis_labels, self._shown = proportions, axis_labels, shown
         self._middle = _middle_of(shown)
-        self._up_axis, self._home, self._reach = up, home, reach
+        self.up_axis, self._home, self._reach = up, home, reach
         self.navigationChanged.emit()
         self._look(view or self.home)
 
     def _upright_home(self) -> View:
         return home_view(
-            self._proportions,
-            self._up_axis,
+            self.proportions,
+            self.up_axis,
             front=self.front_axis,
             points=self._shown,
             reach=self._reach,
@@ -220,12 +200,11 @@ class ViewNavigation(QObject):
 
     def _look(self, view: View) -> None:
         """Show a view that is no part of a drag."""
-        if view != self._view:
-            self._view = view
+        if view != self.view:
+            self.view = view
             self.viewChanged.emit(view)
             self.viewChangeFinished.emit(view)
 
 
 def _middle_of(points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Middle of the box around points, shape (3,)."""
     return (points.min(axis=0) + points.max(axis=0)) / 2

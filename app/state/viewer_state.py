@@ -5,16 +5,14 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping
 from math import isclose
-from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
 from PySide6.QtCore import QObject, Signal
 
 from app.engines.background import Pause
-from app.state.brightness import Brightness
 from app.state.edited_tf import EditedTF, PaneName
-from app.state.edits import EditedInput, EditHistory
+from app.state.edits import Brightness, EditedInput, EditHistory
 from app.state.view_navigation import HOME_VIEW, ViewNavigation
 from model.scene.clip_plane import ClipPlane
 from model.scene.crop import CropBox
@@ -103,7 +101,7 @@ class ViewerState(ViewNavigation):
         }
         self.brightness = Brightness(self.edits, self)
         self._file = FileFacts()
-        self._default = EMPTY_TF
+        self.default = EMPTY_TF  # TF that :meth:`reset_transfer_function` returns to
         self.viewChanged.connect(self.inputsChanged)
         self.viewChangeFinished.connect(self.inputsChangeFinished)
         for each in (self.tf_input, *self.edited.values()):
@@ -196,7 +194,7 @@ class ViewerState(ViewNavigation):
         """Return a pane's current scene inputs: all but the TF are shared."""
         others = {name: each.value for name, each in self.edited.items()}
         tf = self.tf_input.of(pane) or self.transfer_function
-        return SceneInputs.of(self._view, tf, **others)
+        return SceneInputs.of(self.view, tf, **others)
 
     @property
     def scalar_range(self) -> Range:
@@ -234,7 +232,7 @@ class ViewerState(ViewNavigation):
         """
         self.volumeStarting.emit()
         self.edits.stack.clear()
-        self._default, self._file = default, file or FileFacts()
+        self.default, self._file = default, file or FileFacts()
         for name, each in self.edited.items():
             if each is not self.light_input:
                 each.start(others.get(name))
@@ -244,28 +242,15 @@ class ViewerState(ViewNavigation):
         compares = bool(others.get("compares"))
         self.tf_input.start(tf or default, tf_b, compares, others.get("look_b"))
 
-    @property
-    def default_transfer_function(self) -> TransferFunction:
-        """TF that :meth:`reset_transfer_function` returns to."""
-        return self._default
-
-    def set_default(self, default: TransferFunction) -> None:
-        """Have another default TF, as the same volume is on another scale."""
-        self._default = default
-
     def reset_transfer_function(self) -> None:
         """Restore the volume's default TF, as an edit that can be undone."""
-        self.tf_input.set(self._default, "reset")
-
-    def save_transfer_function(self, path: Path) -> None:
-        """Write the current TF to a file; raise :class:`TransferFunctionError` if that fails."""
-        self.transfer_function.save(path)
+        self.tf_input.set(self.default, "reset")
 
 
 class _EditedLight(EditedInput[LightDirection | None]):
     def _may_return(self, value: LightDirection | None) -> bool:
         # An image that is unlit by now, or whose light is fixed, stays so.
-        return self._value is not None and value is not None
+        return self.value is not None and value is not None
 
 
 class _EditedCrop(EditedInput[CropBox | None]):

@@ -52,10 +52,6 @@ class Wanted:
 class Viewer(Protocol):
     """Shows what was opened: the workspace."""
 
-    @property
-    def opened(self) -> OpenedVolume | None:
-        """The open volume; None if there is none."""
-
     def show(self, opened: OpenedVolume) -> None:
         """Show a volume that was read."""
 
@@ -143,7 +139,7 @@ class VolumeOpening(QObject):
 
     def show_over(self, scalar_range: Range, scale: ValueScale) -> None:
         """Show the open volume over another range and scale."""
-        opened = self._viewer.opened
+        opened = self._model.opened
         if opened is None:
             return
         if (scalar_range, scale) != (opened.volume.scalar_range, opened.volume.scale):
@@ -151,13 +147,13 @@ class VolumeOpening(QObject):
 
     def show_on_scale(self, scale: ValueScale) -> None:
         """Show the open volume on another scale, under its default TF: one undo step."""
-        opened = self._viewer.opened
+        opened = self._model.opened
         if opened is not None and scale != opened.volume.scale:
             self._ranging.ask(partial(opened.on_scale, scale))
 
     def draw_missing(self, drawn: bool) -> None:
         """Draw the open volume's missing voxels, or leave them transparent, as at first."""
-        opened = self._viewer.opened
+        opened = self._model.opened
         if opened is not None and opened.has_missing and drawn != opened.volume.draws_missing:
             self._preferences.note_volume(opened.fingerprint, draws_missing=drawn)
             self._ranging.ask(partial(opened.drawing_missing, drawn))
@@ -176,7 +172,7 @@ class VolumeOpening(QObject):
     def _present_model(self) -> _ModelNow:
         folder = self._model.folder
         scene = None if folder is None else self._model.scene or self._library.scene_of(folder)
-        is_shown = self._model.scene_for(self._viewer.opened) is not None
+        is_shown = self._model.volume_scene is not None
         return _ModelNow(self.wanted.model, folder, scene, is_shown)
 
     def _read(self, path: Path, wanted: Wanted, stop: threading.Event) -> _Read:

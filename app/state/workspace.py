@@ -31,7 +31,7 @@ from app.state.viewer_state import ViewerState
 from app.state.volume_opening import VolumeOpening
 from model.scene.mask import Mask
 from model.scene.ranges import fit_to_range, fit_to_volume
-from model.scene.scene import EXACT_LIGHTINGS, LightDirection, Lighting
+from model.scene.scene import EXACT_LIGHTINGS, LightDirection
 from model.scene.transfer_function import TransferFunction
 from model.scene.value_scale import ValueScale, share_without_logarithm
 from model.scene.volume import Volume
@@ -89,11 +89,11 @@ class Workspace(QObject):
         self.opening = VolumeOpening(
             builders.read_volume, self, self.model, self.library, preferences, self
         )
-        self._opened: OpenedVolume | None = None
+        self.opened: OpenedVolume | None = None
         self.pieces = PieceFinder(
             state,
             asked,
-            lambda: None if self._opened is None else self._opened.volume,
+            lambda: None if self.opened is None else self.opened.volume,
             self.news.emit,
             self,
         )
@@ -137,16 +137,6 @@ class Workspace(QObject):
         self.latent.allow(STOPS[choices.stop].patience)
 
     @property
-    def opened(self) -> OpenedVolume | None:
-        """The open volume; None if there is none."""
-        return self._opened
-
-    @property
-    def model_lighting(self) -> Lighting:
-        """Lighting of the open model's images; none without one of this volume."""
-        return self.model.lighting_for(self._opened)
-
-    @property
     def is_settled(self) -> bool:
         """True if both images are final or replaced by a message."""
         drawn = all(c in self._scheduler.hidden or c.is_settled for c in self._images)
@@ -163,10 +153,10 @@ class Workspace(QObject):
 
     def fitted(self, transfer_function: TransferFunction) -> TransferFunction:
         """Convert a TF of any origin to one that can be edited here."""
-        if self._opened is None:
+        if self.opened is None:
             same = transfer_function.on_scale(self._state.scale)
             return fit_to_range(same, self._state.scalar_range)
-        volume, scene = self._opened.volume, self.model.fitting_scene(self._opened)
+        volume, scene = self.opened.volume, self.model.fitting_scene
         if transfer_function.is_relative:
             transfer_function = transfer_function.on_scale(volume.scale)
         if transfer_function.scale == volume.scale:
@@ -174,7 +164,7 @@ class Workspace(QObject):
                 return fit_to_range(transfer_function, scene.scalar_range)
             if self.opening.wanted.scalar_range is not None:
                 return fit_to_range(transfer_function, volume.scalar_range)
-        return fit_to_volume(transfer_function, self._opened.volume)
+        return fit_to_volume(transfer_function, self.opened.volume)
 
     def show_images(self, generator: bool, reference: bool, b: bool) -> None:
         """Say which images are in sight; others are not drawn."""
@@ -185,7 +175,7 @@ class Workspace(QObject):
         if not b:
             self._clients.reference.images_b.cancel()
             self._clients.reference.free()
-        if missed and self._opened is not None:
+        if missed and self.opened is not None:
             self._scheduler.send()
 
     def stop(self) -> None:
@@ -209,14 +199,15 @@ class Workspace(QObject):
         volume, wanted = opened.volume, self.opening.wanted
         folder = self.opening.model_for(opened.fingerprint)
         sample = sample_of(volume)
-        before, self._opened = self._opened, opened
+        before, self.opened = self.opened, opened
+        self.model.opened = opened
         memory = self._start_memory(opened, before)
         self._is_restored = memory.tf is not None
         self.latent.session.start_volume(volume, opened.window)
         if folder != self.model.folder:
             self.open_model(folder)
         proposed = "auto" if sample is None or wanted.model is not None else sample.lighting
-        self.reference.start(volume, self.model.scene_for(opened), proposed)
+        self.reference.start(volume, self.model.volume_scene, proposed)
         self._follow_scene()
         restored = RESTORED if self._is_restored and wanted.memory is None else ""
         notes = [*volume.notes, volume.missing_text, restored]
@@ -247,13 +238,13 @@ class Workspace(QObject):
     def show_range(self, opened: OpenedVolume) -> None:
         """Show the open volume over another range, or on another scale."""
         volume = opened.volume
-        is_rescaled = self._opened is None or self._opened.volume.scale != volume.scale
-        self._opened = opened
+        is_rescaled = self.opened is None or self.opened.volume.scale != volume.scale
+        self.opened = self.model.opened = opened
         self._scheduler.scale = volume.scale
         self.latent.session.start_volume(volume, opened.window)
-        self.reference.start(volume, self.model.scene_for(opened))
+        self.reference.start(volume, self.model.volume_scene)
         if is_rescaled:
-            self._state.set_default(opened.default)
+            self._state.default = opened.default
             self.scaleChanged.emit(opened)
             if self._state.scale != volume.scale:
                 self._state.tf_input.set(opened.default, SCALE_EDITS[volume.scale])
@@ -264,7 +255,7 @@ class Workspace(QObject):
 
     def refuse(self, text: str) -> None:
         """Say why a volume cannot be shown; the open one stays."""
-        if self._opened is None:
+        if self.opened is None:
             self._clients.reference.fail(text)
             self._clients.generator.pause(NO_VOLUME)
         else:
@@ -274,7 +265,7 @@ class Workspace(QObject):
 
     def say_progress(self, text: str) -> None:
         """Say what is being read: in the status line, and where there is no image yet."""
-        if self._opened is None:
+        if self.opened is None:
             self._clients.reference.wait(text)
         self.news.emit(text)
 
@@ -316,8 +307,8 @@ class Workspace(QObject):
 
     def _mask_name(self, mask: Mask | None) -> str:
         """Keep the open volume's mask; return what its memory says of it."""
-        assert self._opened is not None
-        return self._preferences.keep_mask(self._kept, mask, self._opened.volume)
+        assert self.opened is not None
+        return self._preferences.keep_mask(self._kept, mask, self.opened.volume)
 
     def _keep_changed_regions(self, what: str) -> None:
         if what == "regions" and not self._asked.dragging:
@@ -340,14 +331,14 @@ class Workspace(QObject):
         self.model.take(ready)
         self._follow_scene()
         self._note_model()
-        scene, tf = self.model.scene_for(self._opened), self._state.transfer_function
+        scene, tf = self.model.volume_scene, self._state.transfer_function
         if self.model.draws_path:
             # What draws now takes any range and scale.
             scene = None
         is_alike = scene is not None and tf.scale == scene.scale
         if scene is not None and is_alike and tf.scalar_range != scene.scalar_range:
             self._state.tf_input.set(fit_to_range(tf, scene.scalar_range), "range of the model")
-        elif scene is not None and not is_alike and self._opened is not None and self._is_untouched:
+        elif scene is not None and not is_alike and self.opened is not None and self._is_untouched:
             # As if the model had been there before the volume.
             self.opening.show_over(scene.scalar_range, scene.scale)
         self._scheduler.send()
@@ -357,21 +348,20 @@ class Workspace(QObject):
         """Whether the volume's range and scale are not chosen."""
         chosen = self.opening.wanted.scalar_range, self.opening.wanted.scale
         tfs = [self._state.tf_input.of(pane) for pane in get_args(PaneName)]
-        is_default = all(tf in (None, self._state.default_transfer_function) for tf in tfs)
+        is_default = all(tf in (None, self._state.default) for tf in tfs)
         return not self._is_restored and chosen == (None, None) and is_default
 
     def _note_model(self) -> None:
-        """Remember a model that belongs to the volume."""
-        scene = self.model.scene_for(self._opened)
+        scene = self.model.volume_scene
         if scene is not None and self.model.folder is not None and self.model.scene is not None:
             self._preferences.note_model(self.model.folder, scene.volume_fingerprint)
 
     def _follow_scene(self) -> None:
         """Adapt the generator to the volume, and the reference and the panels to the generator."""
-        self.reference.follow(self.model.scene_for(self._opened))
+        self.reference.follow(self.model.volume_scene)
         self._follow_light()
-        self.model.match(self._opened, self.opening.is_reading)
-        scene = self.model.fitting_scene(self._opened)
+        self.model.match(self.opening.is_reading)
+        scene = self.model.fitting_scene
         learned_size = None if scene is None else scene.image_size
         self.sensitivity.set_learned(learned_size)
         self.latent.set_model(
@@ -391,27 +381,26 @@ class Workspace(QObject):
         self._update_hint()
 
     def _follow_light(self) -> None:
-        self.model.follow_light(self._opened, self.reference.settings, self.reference.wanted)
+        self.model.follow_light(self.reference.settings, self.reference.wanted)
         self._scheduler.generator_follows = self.model.draws_path
 
     def _restart_questions(self) -> None:
-        """Ask the analyst everything anew."""
-        if self._opened is not None:
+        if self.opened is not None:
             lighting = self.reference.edited.lighting
             source: Source = "exact" if lighting in EXACT_LIGHTINGS else "surrogate"
-            self.sensitivity.start_volume(self._opened.window, source)
+            self.sensitivity.start_volume(self.opened.window, source)
             self.sensitivity.ask()
             self.latent.restart()
 
     def _update_hint(self) -> None:
         lighting, inputs = self.reference.settings.lighting, self._state.inputs_of("A")
-        self.hintChanged.emit(self.model.hint(self._opened, inputs, lighting))
+        self.hintChanged.emit(self.model.hint(inputs, lighting))
 
     def _reference_comes_first(self) -> bool:
         """Whether the reference is about to show a picture, which a model would hold up."""
         if self._clients.reference in self._scheduler.hidden:
             return False
-        is_drawn = self._opened is not None and not self._clients.reference.is_settled
+        is_drawn = self.opened is not None and not self._clients.reference.is_settled
         return self.opening.is_reading or is_drawn
 
     def _report_settled(self) -> None:

@@ -82,7 +82,7 @@ class DragHandle(QGraphicsObject):
         radius = _RADIUS[self._shape] + (1.0 if self.is_hovered else 0.0)
         fill, _selected, ringed = self._look
         if ringed:
-            painter.setPen(QPen(QColor(theme.ACCENT), 2.0))
+            painter.setPen(QPen(QColor(theme.CHANGE), 2.0))
             painter.setBrush(Qt.BrushStyle.NoBrush)
             painter.drawEllipse(QPointF(), radius + 3.5, radius + 3.5)
         painter.setPen(QPen(QColor(theme.PLOT), 1.0))

@@ -219,7 +219,7 @@ class PlotArea(QObject):
     def _label_opacities(self) -> None:
         whole = 1.0 + self.headroom
         ticks = self.scale.ticks()
-        self._opacities.set_labels([(at / whole, text) for at, text in ticks], theme.DIM_TEXT)
+        self._opacities.set_labels([(at / whole, text) for at, text in ticks], theme.DIM)
         while len(self._lines) < len(ticks):
             self._lines.append(pg.InfiniteLine(angle=0))
             self._lines[-1].setZValue(-20)
@@ -227,12 +227,12 @@ class PlotArea(QObject):
         for line, (at, text) in zip(self._lines, ticks, strict=False):
             line.setPos(at)
             style = Qt.PenStyle.DotLine if text == ".5" else Qt.PenStyle.SolidLine
-            line.setPen(pg.mkPen(theme.BORDER, width=1, style=style))
+            line.setPen(pg.mkPen(theme.LINE, width=1, style=style))
         for number, line in enumerate(self._lines):
             line.setVisible(number < len(ticks))
 
     def _label_values(self) -> None:
-        self._values.set_labels(self.axis.marks(self._units), theme.DIM_TEXT)
+        self._values.set_labels(self.axis.marks(self._units), theme.DIM)
 
     def set_data(self, data: PlotData) -> None:
         """Show a volume's histogram and all of its values."""

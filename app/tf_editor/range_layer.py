@@ -62,7 +62,7 @@ class RangeLine(DragHandle):
         self, painter: QPainter, _option: QStyleOptionGraphicsItem, _widget: QWidget | None = None
     ) -> None:
         """Draw the line and its grip."""
-        color = QColor(theme.ACCENT if self.is_hovered else theme.DIM_TEXT)
+        color = QColor(theme.CHANGE if self.is_hovered else theme.DIM)
         painter.setPen(QPen(color, 1.0))
         painter.drawLine(0, 0, 0, -int(self._height))
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)

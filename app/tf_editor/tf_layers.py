@@ -107,7 +107,7 @@ class OpacityLayer(QObject):
     def recolor(self) -> None:
         """Take the colours of the theme in use."""
         self._curve.setPen(pg.mkPen(theme.CURVE, width=1.6))
-        dashed = pg.mkPen(theme.DIM_TEXT, style=Qt.PenStyle.DashLine)
+        dashed = pg.mkPen(theme.DIM, style=Qt.PenStyle.DashLine)
         self._selected_curve.setPen(dashed)
         self.refresh()
 

@@ -91,7 +91,7 @@ class PresetMenu(QMenu):
             "Default",
             "Three modes, by the volume's histogram" if is_smooth else "Each label in its colour",
             # Like the others it leaves the range as it is.
-            fit_to_range(self._state.default_transfer_function, scalar_range),
+            fit_to_range(self._state.default, scalar_range),
         )
         if not is_smooth:
             # Looks such as skin or glass say nothing of labels.

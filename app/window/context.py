@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -18,6 +19,7 @@ from app.state.viewer_state import ViewerState
 from app.state.workspace import Workspace
 from app.window.notices import Notices
 from app.window.status_line import StatusLine
+from model.errors import TfscopeError
 from model.volume_files import SUFFIXES
 
 
@@ -46,6 +48,16 @@ class Context:
     def fail(self, text: str, key: str = "") -> None:
         """Show an error; it replaces the one with the same key."""
         self.notices.add(text, key=key, tone="error")
+
+    def saved(self, key: str, save: Callable[..., object], path: Path, *content: object) -> bool:
+        """Write a file, and say so; return False, and say why, if that fails."""
+        try:
+            save(path, *content)
+        except TfscopeError as error:
+            self.fail(str(error), key)
+            return False
+        self.status.say(f"Saved {path.absolute()}.")
+        return True
 
 
 VOLUME_FILTER = f"Volumes ({' '.join(f'*{s}' for s in SUFFIXES)});;All files (*)"

@@ -9,7 +9,7 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QPointF, QRect, QRectF, Qt
+from PySide6.QtCore import QPointF, QRect, QRectF, QSize, Qt
 from PySide6.QtGui import (
     QBrush,
     QColor,
@@ -43,248 +43,191 @@ LIGHT, DARK = QColor(255, 255, 255), QColor(0, 0, 0)
 HALO_OPACITY = 200  # opacity of the halo around lines and text, of 255
 
 
-def text_size(rect: QRect) -> int:
-    """Height of the text over an image in pixels; 0 for one that is too small for any."""
-    side = min(rect.width(), rect.height())
-    text = max(round(TEXT_SIZE * side), LEAST_TEXT)
-    return text if side >= LEAST_LINES * text else 0
+SHADES = 256  # of a bar of colours
+MOST_HEIGHT = 0.4  # a legend's length relative to the image's height
+SAMPLES = 256  # scalar values along a legend
 
 
-def sized_font(painter: QPainter, text: int) -> QFont:
-    """Return the painter's font in another size, in pixels."""
-    font = QFont(painter.font())
-    font.setPixelSize(text)
-    return font
+class Marks:
+    """Paints what explains an image over it, in one colour within a halo of the other.
 
+    It is seen over anything. A background that is not known is taken for dark.
+    """
 
-def is_bright(background: Background | None) -> bool:
-    """Whether text over a background has to be dark; unknown ones are taken for dark."""
-    if background is None or background == "gradient":
-        return False
-    red, green, blue = background
-    return 0.299 * red + 0.587 * green + 0.114 * blue > 140
+    @classmethod
+    def over(
+        cls, painter: QPainter, rect: QRect, background: Background | None = BLACK
+    ) -> Marks | None:
+        """Return what marks an image in a rectangle; None for one that is too small for text."""
+        side = min(rect.width(), rect.height())
+        text = max(round(TEXT_SIZE * side), LEAST_TEXT)
+        return cls(painter, rect, text, background) if side >= LEAST_LINES * text else None
 
-
-class Pens:
-    """Draws lines and text of one colour within a halo of the other, to be seen over anything."""
-
-    def __init__(self, painter: QPainter, line: float, font: QFont, on_bright: bool) -> None:
-        self._painter = painter
-        self._font = font
-        self._ink, halo = (DARK, QColor(LIGHT)) if on_bright else (LIGHT, QColor(DARK))
+    def __init__(
+        self, painter: QPainter, rect: QRect, text: int, background: Background | None
+    ) -> None:
+        self._painter, self._rect, self._text = painter, rect, text
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        # A rendering may use any composition; this is always painted over it.
+        painter.setCompositionMode(QPainter.CompositionMode.CompositionMode_SourceOver)
+        self._font = QFont(painter.font())
+        self._font.setPixelSize(text)
+        self._metrics = QFontMetricsF(self._font)
+        is_bright = False
+        if background is not None and background != "gradient":
+            red, green, blue = background
+            is_bright = 0.299 * red + 0.587 * green + 0.114 * blue > 140
+        self._ink, halo = (DARK, QColor(LIGHT)) if is_bright else (LIGHT, QColor(DARK))
         halo.setAlpha(HALO_OPACITY)
+        line = max(text / 12, 1.0)
         self._line = QPen(self._ink, line)
         self._line_halo = QPen(halo, 3 * line)
-        self._text_halo = QPen(halo, font.pixelSize() / 4)
+        self._text_halo = QPen(halo, text / 4)
         for pen in (self._line, self._line_halo, self._text_halo):
             pen.setJoinStyle(Qt.PenJoinStyle.RoundJoin)
 
-    def stroke(self, path: QPainterPath) -> None:
-        """Draw a line."""
+    def caption(self, text: str) -> None:
+        """Write what the image is at its upper left."""
+        self._write(self._rect.left() + 1.2 * self._text, self._rect.top() + 2 * self._text, text)
+
+    def scale_bar(self, bar: ScaleBar | None) -> None:
+        """Paint a scale bar at the lower left, unless there is no scale."""
+        if bar is None:
+            return
+        text, rect = self._text, self._rect
+        length = bar.share * min(rect.width(), rect.height())
+        left, bottom = rect.left() + 1.2 * text, rect.bottom() - 1.2 * text
+        end = 0.35 * text
+        path = QPainterPath(QPointF(left, bottom - end))
+        for x, y in ((left, bottom), (left + length, bottom), (left + length, bottom - end)):
+            path.lineTo(x, y)
+        self._stroke(path)
+        # In the middle of the bar, but not beyond the image's edge where it is short.
+        start = max(left + (length - self._width_of(bar.text)) / 2, rect.left() + 0.4 * text)
+        self._write(start, bottom - end - 0.45 * text, bar.text)
+
+    def line(self, subject: Subject, view: View) -> None:
+        """Paint the line that is measured, with its length; or its first end alone."""
+        text, scale = self._text, subject.scale
+        if scale is None or not subject.line:
+            return
+        projection, points = Projection(view, scale.proportions), np.array(subject.line)
+        ends = projection.seen_part(points[0], points[-1])
+        if ends is None:
+            return
+        half, middle = min(self._rect.width(), self._rect.height()) / 2, QRectF(self._rect).center()
+        places = [middle + QPointF(half * x, -half * y) for x, y in projection.places(ends)]
+        path = QPainterPath(places[0])
+        path.lineTo(places[-1])
+        for place in places:
+            path.addEllipse(place, 0.25 * text, 0.25 * text)
+        self._stroke(path)
+        if len(points) > 1:
+            # Where it does not lie over the line.
+            right = max(places, key=QPointF.x)
+            length = scale.length_text(points[0], points[1])
+            self._write(right.x() + 0.7 * text, right.y() + 0.35 * text, length)
+
+    def difference_bar(self, compared: Comparison) -> None:
+        """Paint the colours of a difference at the lower right, with their ends."""
+        text, rect = self._text, self._rect
+        width = min(12 * text, 0.4 * rect.width())
+        right, bottom = rect.right() - 1.2 * text, rect.bottom() - 2.6 * text
+        bar = QRectF(right - width, bottom - 0.9 * text, width, 0.9 * text)
+        self._frame(bar)
+        self._painter.drawImage(bar, to_qimage(color_bar(compared.measure, SHADES)[None]))
+        first, last = compared.ends
+        title = self._elided(compared.title, rect.width() - 2.4 * text)
+        self._write_before(bar.right(), bar.top() - 0.5 * text, title)
+        self._write(bar.left(), bar.bottom() + 1.2 * text, first)
+        self._write_before(bar.right(), bar.bottom() + 1.2 * text, last)
+
+    def legend(self, tf: TransferFunction, units: str) -> None:
+        """Paint colour bar and opacity curve, with its largest value, at the lower right."""
+        text, rect = self._text, self._rect
+        length = MOST_HEIGHT * rect.height()
+        marks = ticks(tf.scalar_range, max(min(int(length / (2.2 * text)), 6), 1), tf.scale)
+        widest = max((self._width_of(label) for _, label in marks), default=0.0)
+        margin, gap = 1.2 * text, 0.4 * text
+        strip, curve = 0.9 * text, 2.2 * text
+        left = rect.right() - margin - widest - 2 * gap - strip
+        bar = QRectF(left, rect.bottom() - margin - text / 2 - length, strip, length)
+        self._paint_colors(bar, QRectF(left - 0.9 * gap - curve, bar.top(), curve, length), tf)
+        for place, label in marks:
+            y = bar.bottom() - place * length
+            tick = QPainterPath(QPointF(bar.right(), y))
+            tick.lineTo(bar.right() + gap, y)
+            self._stroke(tick)
+            baseline = y + (self._metrics.ascent() - self._metrics.descent()) / 2
+            self._write(bar.right() + 2 * gap, baseline, label)
+        title = self._elided(f"Value ({units})" if units else "Value", 0.45 * rect.width())
+        self._write_before(rect.right() - margin, bar.top() - 1.2 * text, title)
+        peak = float(tf.opacity.sample(count=SAMPLES).max())
+        reach = f"largest opacity {peak:.2g}"
+        self._write_before(bar.right(), bar.bottom() + 1.3 * text, reach)
+
+    def _paint_colors(self, bar: QRectF, profile: QRectF, tf: TransferFunction) -> None:
+        """Paint the strip of colours and the curve of opacities, the highest value at the top."""
+        # One row per value, from the top.
+        colors = tf.color.sample(count=SAMPLES)[::-1]
+        self._frame(bar)
+        self._painter.drawImage(bar, to_qimage(colors[:, None]))
+        opacities = tf.opacity.sample(count=SAMPLES)[::-1]
+        peak = float(opacities.max())
+        if peak <= 0:
+            return
+        heights = np.linspace(profile.top(), profile.bottom(), SAMPLES)
+        edge = profile.right() - opacities / peak * profile.width()
+        points = [QPointF(float(x), float(y)) for x, y in zip(edge, heights, strict=True)]
+        curve = QPainterPath()
+        corners = [QPointF(profile.right(), profile.top()), *points]
+        curve.addPolygon(QPolygonF([*corners, QPointF(profile.right(), profile.bottom())]))
+        curve.closeSubpath()
+        gradient = QLinearGradient(profile.topLeft(), profile.bottomLeft())
+        for index in range(0, SAMPLES, 5):
+            gradient.setColorAt(index / (SAMPLES - 1), QColor.fromRgbF(*map(float, colors[index])))
+        self._stroke(curve)
+        self._painter.fillPath(curve, QBrush(gradient))
+
+    def _stroke(self, path: QPainterPath) -> None:
         self._painter.strokePath(path, self._line_halo)
         self._painter.strokePath(path, self._line)
 
-    def write(self, start: QPointF, text: str) -> None:
+    def _frame(self, box: QRectF) -> None:
+        path = QPainterPath()
+        path.addRect(box)
+        self._stroke(path)
+
+    def _write(self, x: float, y: float, text: str) -> None:
         """Write a text whose first letter begins at a point of the base line."""
         path = QPainterPath()
-        path.addText(start, self._font, text)
+        path.addText(QPointF(x, y), self._font, text)
         self._painter.strokePath(path, self._text_halo)
         self._painter.fillPath(path, self._ink)
 
+    def _write_before(self, right: float, y: float, text: str) -> None:
+        self._write(right - self._width_of(text), y, text)
 
-SHADES = 256
+    def _width_of(self, text: str) -> float:
+        return self._metrics.horizontalAdvance(text)
 
-
-def paint_scale_bar(
-    painter: QPainter, rect: QRect, bar: ScaleBar | None, background: Background | None = BLACK
-) -> None:
-    """Paint a scale bar at the lower left of an image, unless that is small or has no scale."""
-    text = text_size(rect)
-    if not text or bar is None:
-        return
-    pens = _pens(painter, text, background)
-    length = bar.share * min(rect.width(), rect.height())
-    left, bottom = rect.left() + 1.2 * text, rect.bottom() - 1.2 * text
-    end = 0.35 * text
-    path = QPainterPath(QPointF(left, bottom - end))
-    for x, y in ((left, bottom), (left + length, bottom), (left + length, bottom - end)):
-        path.lineTo(x, y)
-    pens.stroke(path)
-    metrics = QFontMetricsF(sized_font(painter, text))
-    # In the middle of the bar, but not beyond the image's edge where it is short.
-    start = max(left + (length - metrics.horizontalAdvance(bar.text)) / 2, rect.left() + 0.4 * text)
-    pens.write(QPointF(start, bottom - end - 0.45 * text), bar.text)
-    painter.restore()
-
-
-def paint_line(
-    painter: QPainter,
-    rect: QRect,
-    subject: Subject,
-    view: View,
-    background: Background | None = BLACK,
-) -> None:
-    """Paint the line that is measured over an image, with its length; or its first end alone."""
-    text, scale = text_size(rect), subject.scale
-    if not text or scale is None or not subject.line:
-        return
-    projection, points = Projection(view, scale.proportions), np.array(subject.line)
-    ends = projection.seen_part(points[0], points[-1])
-    if ends is None:
-        return
-    half, middle = min(rect.width(), rect.height()) / 2, QRectF(rect).center()
-    places = [middle + QPointF(half * x, -half * y) for x, y in projection.places(ends)]
-    pens, path = _pens(painter, text, background), QPainterPath(places[0])
-    path.lineTo(places[-1])
-    for place in places:
-        path.addEllipse(place, 0.25 * text, 0.25 * text)
-    pens.stroke(path)
-    if len(points) > 1:
-        # Where it does not lie over the line.
-        right = max(places, key=QPointF.x)
-        at = right + QPointF(0.7 * text, 0.35 * text)
-        pens.write(at, scale.length_text(points[0], points[1]))
-    painter.restore()
-
-
-def paint_difference_bar(
-    painter: QPainter, rect: QRect, compared: Comparison, background: Background | None = BLACK
-) -> None:
-    """Paint the colours of a difference at the lower right of an image, with their ends."""
-    text = text_size(rect)
-    if not text:
-        return
-    pens = _pens(painter, text, background)
-    metrics = QFontMetricsF(sized_font(painter, text))
-    width = min(12 * text, 0.4 * rect.width())
-    right, bottom = rect.right() - 1.2 * text, rect.bottom() - 2.6 * text
-    bar = QRectF(right - width, bottom - 0.9 * text, width, 0.9 * text)
-    outline = QPainterPath()
-    outline.addRect(bar)
-    pens.stroke(outline)
-    painter.drawImage(bar, to_qimage(color_bar(compared.measure, SHADES)[None]))
-    first, last = compared.ends
-    title = metrics.elidedText(
-        compared.title, Qt.TextElideMode.ElideRight, rect.width() - 2.4 * text
-    )
-    pens.write(
-        QPointF(bar.right() - metrics.horizontalAdvance(title), bar.top() - 0.5 * text), title
-    )
-    pens.write(QPointF(bar.left(), bar.bottom() + 1.2 * text), first)
-    pens.write(
-        QPointF(bar.right() - metrics.horizontalAdvance(last), bar.bottom() + 1.2 * text), last
-    )
-    painter.restore()
-
-
-def paint_caption(
-    painter: QPainter, rect: QRect, caption: str, background: Background | None = BLACK
-) -> None:
-    """Write what an image is at its upper left."""
-    text = text_size(rect)
-    if not text:
-        return
-    pens = _pens(painter, text, background)
-    pens.write(QPointF(rect.left() + 1.2 * text, rect.top() + 2 * text), caption)
-    painter.restore()
-
-
-def _pens(painter: QPainter, text: int, background: Background | None) -> Pens:
-    """Save the painter's state, and return pens for lines and text over an image."""
-    painter.save()
-    painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-    # A rendering may use any composition; this is always painted over it.
-    painter.setCompositionMode(QPainter.CompositionMode.CompositionMode_SourceOver)
-    return Pens(painter, max(text / 12, 1.0), sized_font(painter, text), is_bright(background))
-
-
-MOST_HEIGHT = 0.4  # the bar's length relative to the image's height
-SAMPLES = 256  # scalar values along the bar
-
-
-def paint_legend(
-    painter: QPainter,
-    rect: QRect,
-    tf: TransferFunction,
-    units: str,
-    background: Background | None = BLACK,
-) -> None:
-    """Paint colour bar and opacity curve, with its largest value, at an image's lower right."""
-    text = text_size(rect)
-    if not text:
-        return
-    font = sized_font(painter, text)
-    metrics = QFontMetricsF(font)
-    length = MOST_HEIGHT * rect.height()
-    marks = ticks(tf.scalar_range, max(min(int(length / (2.2 * text)), 6), 1), tf.scale)
-    widest = max((metrics.horizontalAdvance(label) for _, label in marks), default=0.0)
-    margin, gap = 1.2 * text, 0.4 * text
-    strip, curve = 0.9 * text, 2.2 * text
-    left = rect.right() - margin - widest - 2 * gap - strip
-    bar = QRectF(left, rect.bottom() - margin - text / 2 - length, strip, length)
-    profile = QRectF(left - 0.9 * gap - curve, bar.top(), curve, length)
-    pens = _pens(painter, text, background)
-    _paint_colors(painter, bar, profile, tf, pens)
-    for place, label in marks:
-        y = bar.bottom() - place * length
-        tick = QPainterPath(QPointF(bar.right(), y))
-        tick.lineTo(bar.right() + gap, y)
-        pens.stroke(tick)
-        baseline = y + (metrics.ascent() - metrics.descent()) / 2
-        pens.write(QPointF(bar.right() + 2 * gap, baseline), label)
-    title = f"Value ({units})" if units else "Value"
-    title = metrics.elidedText(title, Qt.TextElideMode.ElideRight, 0.45 * rect.width())
-    x = rect.right() - margin - metrics.horizontalAdvance(title)
-    pens.write(QPointF(x, bar.top() - 1.2 * text), title)
-    peak = float(tf.opacity.sample(count=SAMPLES).max())
-    reach = f"largest opacity {peak:.2g}"
-    below = QPointF(bar.right() - metrics.horizontalAdvance(reach), bar.bottom() + 1.3 * text)
-    pens.write(below, reach)
-    painter.restore()
-
-
-def _paint_colors(
-    painter: QPainter, bar: QRectF, profile: QRectF, tf: TransferFunction, pens: Pens
-) -> None:
-    """Paint the strip of colours and the curve of opacities, the highest value at the top."""
-    # One row per value, from the top.
-    colors = tf.color.sample(count=SAMPLES)[::-1]
-    outline = QPainterPath()
-    outline.addRect(bar)
-    pens.stroke(outline)
-    painter.drawImage(bar, to_qimage(colors[:, None]))
-
-    opacities = tf.opacity.sample(count=SAMPLES)[::-1]
-    peak = float(opacities.max())
-    if peak <= 0:
-        return
-    heights = np.linspace(profile.top(), profile.bottom(), SAMPLES)
-    edge = profile.right() - opacities / peak * profile.width()
-    points = [QPointF(float(x), float(y)) for x, y in zip(edge, heights, strict=True)]
-    curve = QPainterPath()
-    corners = [QPointF(profile.right(), profile.top()), *points]
-    curve.addPolygon(QPolygonF([*corners, QPointF(profile.right(), profile.bottom())]))
-    curve.closeSubpath()
-    gradient = QLinearGradient(profile.topLeft(), profile.bottomLeft())
-    for index in range(0, SAMPLES, 5):
-        gradient.setColorAt(index / (SAMPLES - 1), QColor.fromRgbF(*map(float, colors[index])))
-    pens.stroke(curve)
-    painter.fillPath(curve, QBrush(gradient))
+    def _elided(self, text: str, width: float) -> str:
+        return self._metrics.elidedText(text, Qt.TextElideMode.ElideRight, width)
 
 
 Which = Literal["generator", "reference", "b", "both", "difference", "a_b", "a_b_difference"]
 """Contents of a figure: an image, two side by side, how far they are apart, or all of that."""
 
-PANELS: dict[Which, tuple[str, ...]] = {
-    "generator": ("generator",),
-    "reference": ("reference",),
-    "b": ("b",),
-    "both": ("generator", "reference"),
-    "difference": ("difference",),
-    "a_b": ("reference", "b"),
-    "a_b_difference": ("reference", "b", "difference"),
+CONTENTS: dict[Which, tuple[str, tuple[str, ...]]] = {
+    "reference": ("Ground truth", ("reference",)),
+    "generator": ("Generator", ("generator",)),
+    "both": ("Both, side by side", ("generator", "reference")),
+    "difference": ("Difference", ("difference",)),
+    "b": ("B", ("b",)),
+    "a_b": ("A and B, side by side", ("reference", "b")),
+    "a_b_difference": ("A, B and their difference", ("reference", "b", "difference")),
 }
-"""Images and difference of a figure, from left to right."""
+"""What a figure may show, in words, and its images and difference, from left to right."""
 
 TITLES = {"generator": "Generator", "reference": "Ground truth"}
 TITLES_AB = {"reference": "A", "b": "B", "difference": "B − A"}
@@ -297,28 +240,27 @@ Size = tuple[int, int]
 
 
 @dataclass(frozen=True)
-class FigureLook:
-    """Look of a figure; its size is in pixels, and no background is a transparent one."""
+class FigureChoice:
+    """Choices for a figure or movie; its size is in pixels, no background is a transparent one.
+
+    Samples are of each pixel of a path-traced ground truth, 0 in other light. A movie of one full
+    turn has a length in seconds, 0 for a figure, and a rate in frames a second.
+    """
 
     width: int
     height: int
     background: Background | None = BLACK
     legend: bool = False
     scale_bar: bool = False
-
-
-@dataclass(frozen=True)
-class FigureChoice(FigureLook):
-    """Choices for a figure or movie that is saved.
-
-    Samples are of each pixel of a path-traced ground truth, 0 in other light. A movie of one full
-    turn has a length in seconds, 0 for a figure, and a rate in frames a second.
-    """
-
     which: Which = "reference"
     samples: int = 0
     seconds: float = 0.0
     rate: int = 25
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Its images and difference, from left to right."""
+        return CONTENTS[self.which][1]
 
     @property
     def frame_count(self) -> int:
@@ -338,68 +280,58 @@ class Subject:
     line: tuple[Triple, ...] = ()  # one or two points that are measured, in fractions
 
 
-def panels(look: FigureLook, which: Which) -> list[QRect]:
+def panels(choice: FigureChoice) -> list[QRect]:
     """Return where the images of a figure are, side by side."""
-    gaps = len(PANELS[which]) - 1
-    gap = max(round(GAP * look.width), 1)
-    width = (look.width - gaps * gap) // (gaps + 1)
-    lefts = [number * (look.width - width) // max(gaps, 1) for number in range(gaps + 1)]
-    return [QRect(left, 0, width, look.height) for left in lefts]
+    gaps = len(choice.names) - 1
+    gap = max(round(GAP * choice.width), 1)
+    width = (choice.width - gaps * gap) // (gaps + 1)
+    lefts = [number * (choice.width - width) // max(gaps, 1) for number in range(gaps + 1)]
+    return [QRect(left, 0, width, choice.height) for left in lefts]
 
 
 def figure(
-    look: FigureLook,
+    choice: FigureChoice,
     images: Mapping[str, tuple[Rgba, float]],
-    which: Which,
     inputs: SceneInputs,
     subject: Subject,
     tf_b: TransferFunction | None = None,
 ) -> QImage:
     """Return a figure of images and brightness by name; raise RenderError for lack of memory."""
-    names, compared = PANELS[which], None
-    shown = []
-    for name in names:
-        if name == "difference":
-            compared = Comparison.of(images)
-            shown.append((name, _opaque(compared.colored)))
-        else:
-            shown.append((name, compose(images[name][0], look.background, images[name][1])))
+    names = choice.names
+    compared = Comparison.of(images) if "difference" in names else None
     titles = TITLES_AB if "b" in names else TITLES | {"generator": subject.title}
-    places = panels(look, which)
-    if len(shown) == 1 and (shown[0][1].width(), shown[0][1].height()) == (look.width, look.height):
-        result = shown[0][1]
-    else:
-        result = empty_picture(look.width, look.height, look.background)
+    # The difference is opaque, on black.
+    grounds = [BLACK if name == "difference" else choice.background for name in names]
+    shown = [
+        _opaque(compared.colored)
+        if name == "difference" and compared is not None
+        else compose(images[name][0], ground, images[name][1])
+        for name, ground in zip(names, grounds, strict=True)
+    ]
+    fits = len(shown) == 1 and shown[0].size() == QSize(choice.width, choice.height)
+    result = shown[0] if fits else empty_picture(choice.width, choice.height, choice.background)
     painter = QPainter(result)
     painter.setRenderHints(
         QPainter.RenderHint.Antialiasing | QPainter.RenderHint.SmoothPixmapTransform
     )
-    rects = []
-    for (name, image), place in zip(shown, places, strict=True):
+    how = Qt.AspectRatioMode.IgnoreAspectRatio, Qt.TransformationMode.SmoothTransformation
+    for name, image, background, place in zip(names, shown, grounds, panels(choice), strict=True):
         rect = _fitted(image, place)
-        rects.append(rect)
         if image is not result:
-            smooth = image.scaled(
-                rect.size(),
-                Qt.AspectRatioMode.IgnoreAspectRatio,
-                Qt.TransformationMode.SmoothTransformation,
-            )
-            painter.drawImage(rect, smooth)
-        # The difference is opaque, on black.
-        background = (0, 0, 0) if name == "difference" else look.background
+            painter.drawImage(rect, image.scaled(rect.size(), *how))
+        marks = Marks.over(painter, rect, background)
+        if marks is None:
+            continue
         if len(names) > 1:
-            paint_caption(painter, rect, titles[name], background)
+            marks.caption(titles[name])
         if name == "difference" and compared is not None:
-            paint_difference_bar(painter, rect, compared, background)
-        elif look.legend and (name == names[-1] or "b" in names):
+            marks.difference_bar(compared)
+        elif choice.legend and (name == names[-1] or "b" in names):
             tf = (tf_b if name == "b" else None) or inputs.transfer_function
-            paint_legend(painter, rect, tf, subject.units, background)
-    background = (0, 0, 0) if names[0] == "difference" else look.background
-    if look.scale_bar and subject.scale is not None:
-        bar = subject.scale.bar(inputs.view, inputs.part)
-        paint_scale_bar(painter, rects[0], bar, background)
-    for rect in rects:
-        paint_line(painter, rect, subject, inputs.view, background)
+            marks.legend(tf, subject.units)
+        if choice.scale_bar and name == names[0] and subject.scale is not None:
+            marks.scale_bar(subject.scale.bar(inputs.view, inputs.part))
+        marks.line(subject, inputs.view)
     painter.end()
     return result
 

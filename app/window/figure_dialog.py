@@ -14,7 +14,6 @@ from PySide6.QtWidgets import (
     QDialog,
     QDialogButtonBox,
     QDoubleSpinBox,
-    QFormLayout,
     QHBoxLayout,
     QLabel,
     QListView,
@@ -23,10 +22,10 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.controls import WheelGuard, fill, label, list_box
+from app.controls import WheelGuard, answer_box, fill, form, label, list_box
 from app.image_view.picture import BLACK, LARGEST_SIZE, WHITE, Background, paint_background
 from app.number_box import WholeNumberBox
-from app.window.figure import PANELS, FigureChoice, Size, Which
+from app.window.figure import CONTENTS, FigureChoice, Size, Which
 from model.rendering.scale_bar import DEPTH_TEXT
 from model.volume_files.checks import readable_size
 
@@ -39,17 +38,6 @@ SAMPLES = (1, 4, 16, 64, 256, 1024)  # samples of each pixel that path-traced fi
 SHORTEST, LONGEST, HIGHEST_RATE = 0.5, 600.0, 60  # seconds, and frames per second
 BYTES_PER_PIXEL = 20  # memory of a rendering and of the figure that is made of it
 PREVIEW = 300  # side of the preview, in pixels
-
-WHICH: dict[Which, str] = {
-    "reference": "Ground truth",
-    "generator": "Generator",
-    "both": "Both, side by side",
-    "difference": "Difference",
-    "b": "B",
-    "a_b": "A and B, side by side",
-    "a_b_difference": "A, B and their difference",
-}
-"""What a figure may show."""
 
 _OWN_SIZE, _OTHER_COLOR = "Custom size", "Other colour…"
 
@@ -74,7 +62,7 @@ class FigureDialog(QDialog):
         self._present: Size = (LEAST_SIZE, LEAST_SIZE)
         self.copies = False
         self.which_box, self.size_box = list_box(), list_box()
-        for which, text in WHICH.items():
+        for which, (text, _images) in CONTENTS.items():
             if which in sizes:
                 self.which_box.addItem(text, which)
         self.width_box, self.height_box = self._side("Width"), self._side("Height")
@@ -135,8 +123,6 @@ class FigureDialog(QDialog):
         box.setToolTip(f"From {low:g} to {high:g}")
 
     def _lay_out(self) -> None:
-        self._form = form = QFormLayout()
-        form.setVerticalSpacing(8)
         sides = fill(QHBoxLayout(), self.width_box, QLabel("×"), self.height_box, spacing=6)
         sides.setStretch(0, 1)
         sides.setStretch(2, 1)
@@ -154,25 +140,18 @@ class FigureDialog(QDialog):
             ("", self.legend_box),
             ("", self.scale_box),
         ]
-        for name, field in rows:
-            if field is not None:
-                form.addRow(name, field)
-        form.setRowVisible(self.which_box, self.which_box.count() > 1)
-        buttons = QDialogButtonBox()
-        self.save_button = buttons.addButton("Save…", QDialogButtonBox.ButtonRole.AcceptRole)
-        self.save_button.setDefault(True)
+        self._form = form(*((name, field) for name, field in rows if field is not None))
+        self._form.setRowVisible(self.which_box, self.which_box.count() > 1)
+        buttons, self.save_button = answer_box(self, "Save…")
         self.copy_button = buttons.addButton("Copy", QDialogButtonBox.ButtonRole.ActionRole)
-        buttons.addButton(QDialogButtonBox.StandardButton.Cancel)
         self.copy_button.clicked.connect(self._copy)
         buttons.accepted.connect(self.accept)
-        buttons.rejected.connect(self.reject)
-        both = fill(QHBoxLayout(), form, spacing=16)
+        both = fill(QHBoxLayout(), self._form, spacing=16)
         both.addWidget(self._picture, 0, Qt.AlignmentFlag.AlignTop)
         column = fill(QVBoxLayout(self), both, buttons, margins=(16, 14, 16, 14), spacing=14)
         column.setSizeConstraint(QVBoxLayout.SizeConstraint.SetFixedSize)
 
     def _show(self, begin: FigureChoice) -> None:
-        """Show the choice to begin with."""
         self.which_box.setCurrentIndex(max(self.which_box.findData(begin.which), 0))
         self.movie_box.setChecked(begin.seconds > 0)
         self.background_box.show_background(begin.background)
@@ -200,7 +179,7 @@ class FigureDialog(QDialog):
     def _follow(self) -> None:
         """Offer what the choices allow, and show the figure as it will be."""
         which, is_movie = self.which_box.currentData(), self.movie_box.isChecked()
-        is_one = len(PANELS[which]) == 1 and which != "difference"
+        is_one = len(CONTENTS[which][1]) == 1 and which != "difference"
         self._form.setRowVisible(self.movie_box, is_one)
         if is_movie and not is_one:
             self.movie_box.setChecked(False)

@@ -26,7 +26,6 @@ from app.state.settings import FigureSettings
 from app.window.context import Context, ask_for_place, proposed_name
 from app.window.figure import (
     GAP,
-    PANELS,
     TITLES,
     FigureChoice,
     Rgba,
@@ -179,16 +178,13 @@ class FigureSaving(QObject):
         last, overlays = self._context.preferences.settings.figure, self._overlays
         if last is None:
             marks = overlays.has("legend"), overlays.has("scale_bar")
-            choice = FigureChoice(0, 0, overlays.background, *marks)
-        else:
-            look = last.longer_side, 0, last.background, last.legend, last.scale_bar
-            choice = FigureChoice(*look, seconds=last.seconds, rate=last.rate)
+            last = FigureSettings(0, overlays.background, *marks)
+        which, look = self._which(), (last.background, last.legend, last.scale_bar)
         work = self._context.workspace.reference
         is_traced = "path" in (work.settings.lighting, work.settings_b.lighting)
-        samples = (last.samples if last else 0) or FIGURE_SAMPLES
-        which = self._which()
-        seconds = choice.seconds if which in self._panes else 0.0
-        return replace(choice, which=which, samples=samples if is_traced else 0, seconds=seconds)
+        samples = (last.samples or FIGURE_SAMPLES) if is_traced else 0
+        seconds = last.seconds if which in self._panes else 0.0
+        return FigureChoice(last.longer_side, 0, *look, which, samples, seconds, last.rate)
 
     def sizes(self) -> dict[Which, Size]:
         """Width and height, in pixels of the screen, of all that can be drawn now."""
@@ -263,7 +259,6 @@ class FigureSaving(QObject):
         return self._context.state.tf_input.of("B"), settings
 
     def _which(self) -> Which:
-        """Return which images are on the screen."""
         if self._context.state.tf_input.compares:
             return "a_b_difference" if self._error.is_wanted else "a_b"
         seen = [name for name, pane in self._panes.items() if pane.isVisible()]
@@ -301,9 +296,7 @@ class FigureSaving(QObject):
         """Make a frame of its images, and draw the next one, or deliver all."""
         choice, inputs = job.choice, job.frames[job.drawn]
         try:
-            image = figure(
-                choice, job.images, choice.which, inputs, self._overlays.subject, job.tf_b
-            )
+            image = figure(choice, job.images, inputs, self._overlays.subject, job.tf_b)
         except RenderError as error:
             self._fail(str(error))
             return
@@ -332,13 +325,8 @@ class FigureSaving(QObject):
         if place is None:
             QGuiApplication.clipboard().setImage(image)
             self._context.status.say("Copied.")
-            return
-        try:
-            save_image(place, image)
-        except RenderError as error:
-            self._context.fail(str(error), KEY)
         else:
-            self._context.status.say(f"Saved {place.absolute()}.")
+            self._context.saved(KEY, save_image, place, image)
 
     def _movie_written(self, path: Path) -> None:
         self._close_progress()
@@ -391,7 +379,6 @@ class FigureSaving(QObject):
         self._context.fail(text, KEY)
 
     def _end(self) -> None:
-        """Have nothing drawn or written any more."""
         job, self._job = self._job, None
         self._writing.forget()
         self._channels.cancel()
@@ -411,7 +398,6 @@ class FigureSaving(QObject):
         return {"generator": (both.drawn, 1.0), "reference": (both.truth, 1.0)}
 
     def _ask_for_preview(self, dialog: FigureDialog, choice: FigureChoice) -> None:
-        """Have a figure drawn in the size of the preview."""
         scale = PREVIEW * ENLARGED / max(choice.width, choice.height)
         width, height = (max(round(scale * side), 1) for side in (choice.width, choice.height))
         small = replace(choice, width=width, height=height)
@@ -438,8 +424,7 @@ class FigureSaving(QObject):
             return
         dialog, job = self._preview
         subject = self._overlays.subject
-        which, inputs = job.choice.which, job.frames[0]
-        image = figure(job.choice, job.images, which, inputs, subject, job.tf_b)
+        image = figure(job.choice, job.images, job.frames[0], subject, job.tf_b)
         keep, how = Qt.AspectRatioMode.KeepAspectRatio, Qt.TransformationMode.SmoothTransformation
         dialog.show_preview(image.scaled(PREVIEW, PREVIEW, keep, how))
 
@@ -450,15 +435,14 @@ def _shape(choice: FigureChoice) -> tuple[Which, int, int]:
 
 
 def _names(choice: FigureChoice) -> list[str]:
-    """Return the names of the images that a figure needs."""
     if choice.which == "difference":
         return [*TITLES]
-    return [name for name in PANELS[choice.which] if name != "difference"]
+    return [name for name in choice.names if name != "difference"]
 
 
 def _ask(channels: Channels[str], job: _Job, samples: int, enlarged: int = 1) -> None:
     """Ask for the images of a job's next frame, in pixels of this size."""
-    size = panels(job.choice, job.choice.which)[-1].size() / enlarged
+    size = panels(job.choice)[-1].size() / enlarged
     raster = Raster(max(size.width(), 1), max(size.height(), 1))
     for name in job.names:
         each = 1 if name == "generator" else max(samples, 1)

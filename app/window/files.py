@@ -13,7 +13,6 @@ from app.controls import Action
 from app.engines.background import LatestCall, Pause
 from app.figures.sensitivity_figure import save_figure
 from app.number_box import significant
-from app.state.library import ModelCheck
 from app.state.session import SUFFIX
 from app.state.settings import RecentKind
 from app.state.volume_opening import Wanted
@@ -33,6 +32,7 @@ from model.errors import TfscopeError, TransferFunctionError, VolumeError
 from model.networks.card import MODEL_FILE
 from model.scene.mask import Mask
 from model.scene.ranges import RangeChoice
+from model.scene.scene import Scene
 from model.scene.transfer_function import TransferFunction
 from model.scene.value_scale import ValueScale, values_at
 from model.sensitivity.result import NUMBER_SUFFIXES, SensitivityResult, save_numbers
@@ -88,7 +88,7 @@ class Files(QObject):
         if not path.exists():
             self._fail(f"{path} does not exist any more. Open it from its new place.")
         elif kind == "models":
-            self.open_model_and_volume(path, self._workspace.library.volume_of(path))
+            self.open_model(path, self._workspace.library.volume_of(path))
         elif kind == "volumes":
             self.open_volume(path)
         elif kind == "sessions":
@@ -96,29 +96,16 @@ class Files(QObject):
         else:
             self.open_transfer_function(path)
 
+    def ask(self, title: str, filters: str, open_it: Callable[[Path], object]) -> None:
+        """Ask for a file, or without filters for a folder, and open it."""
+        asked = ask_for_file(self._context, title, filters) if filters else None
+        path = asked if filters else ask_for_folder(self._context, title)
+        if path is not None:
+            open_it(path)
+
     def ask_and_open(self) -> None:
         """Ask for a file with a volume or a session and open it."""
-        path = ask_for_file(self._context, "Open volume or session", OPEN_FILTER)
-        if path is not None:
-            self.open(path)
-
-    def ask_for_dicom(self) -> None:
-        """Ask for a folder with DICOM slices and open it."""
-        path = ask_for_folder(self._context, "Open DICOM folder")
-        if path is not None:
-            self.open_volume(path)
-
-    def ask_for_model(self) -> None:
-        """Ask for a model's folder and open it."""
-        path = ask_for_folder(self._context, "Open model")
-        if path is not None:
-            self.open_model(path)
-
-    def ask_for_transfer_function(self) -> None:
-        """Ask for a TF file and open it, as an edit that can be undone."""
-        path = ask_for_file(self._context, "Open TF", TF_FILTER)
-        if path is not None:
-            self.open_transfer_function(path)
+        self.ask("Open volume or session", OPEN_FILTER, self.open)
 
     def start_with(
         self,
@@ -148,22 +135,21 @@ class Files(QObject):
             self._raw_layout = path, layout
         self._read(path, choice, Wanted(layout, model=model))
 
-    def open_model(self, folder: Path) -> None:
-        """Open a model, unless something is wrong with it; offer its volume if that is not open."""
-        check = self._workspace.library.check_model(folder)
-        if check.problem:
-            self._fail(check.problem)
-            return
-        self._workspace.open_model(folder)
-        self._offer_volume(check)
+    def open_model(self, folder: Path, volume: Path | None = None) -> None:
+        """Open a model, unless something is wrong with it, with its volume if that is there.
 
-    def open_model_and_volume(self, folder: Path, volume: Path | None) -> None:
-        """Open a model with its volume, unless that is open or None: not there any more."""
-        check = self._workspace.library.check_model(folder)
-        if check.problem or volume is None or self._is_open(check):
-            self.open_model(folder)
+        Where no volume is given, and another one is open, the model's volume is offered.
+        """
+        opened = self._workspace.opened
+        try:
+            scene = self._workspace.library.check_model(folder)
+        except TfscopeError as error:
+            self._fail(str(error))
+            return
+        if volume is None or self._is_open(scene):
+            self._workspace.open_model(folder)
+            self._offer_volume(folder, scene)
         else:
-            opened = self._workspace.opened
             self._replaced = None if opened is None else opened.path
             self.open_volume(volume, model=folder)
 
@@ -190,7 +176,7 @@ class Files(QObject):
         path = ask_for_place(self._context, "Save TF", TF_FILTER, (TF_SUFFIX,), name)
         if path is None:
             return
-        if self._saved(self._context.state.save_transfer_function, path):
+        if self._context.saved(KEY, self._context.state.transfer_function.save, path):
             self._preferences.note_recent("transfer_functions", path)
 
     def save_sensitivity(self, result: SensitivityResult | None) -> None:
@@ -203,13 +189,7 @@ class Files(QObject):
         if path is None:
             return
         is_figure = path.suffix.lower() == ".png"
-        self._saved(save_figure if is_figure else save_numbers, path, result)
-
-    def ask_for_mask(self) -> None:
-        """Ask for a file of labels, and show only voxels of those that are chosen: an edit."""
-        path = ask_for_file(self._context, "Open mask or labels", VOLUME_FILTER)
-        if path is not None:
-            self.open_mask(path)
+        self._context.saved(KEY, save_figure if is_figure else save_numbers, path, result)
 
     def open_mask(self, path: Path) -> None:
         """Read labels in the background, and ask which are shown if there is a choice."""
@@ -252,16 +232,6 @@ class Files(QObject):
                 return partial(self._status.say, f"Saved {path.absolute()}.")
 
             self._masks.ask(write)
-
-    def _saved(self, save: Callable[..., object], path: Path, *content: object) -> bool:
-        """Write a file, and say so; return False, and say why, if that fails."""
-        try:
-            save(path, *content)
-        except TfscopeError as error:
-            self._fail(str(error))
-            return False
-        self._status.say(f"Saved {path.absolute()}.")
-        return True
 
     def join(self) -> None:
         """Wait until no mask is read or written any more."""
@@ -335,37 +305,30 @@ class Files(QObject):
         before, self._replaced = self._replaced, None
         if folder is not None and folder == self._workspace.model.folder:
             # The file that was opened with it may not be its volume any more.
-            self._offer_volume(self._workspace.library.check_model(folder))
+            self._offer_volume(folder, self._workspace.library.scene_of(folder))
             if before is not None and opened is not None:
                 text = f"{opened.volume.name} was opened because the model was trained on it."
                 back = Action(f"Back to {before.name}", partial(self.open_volume, before))
                 self._notices.add(text, back, key=VOLUME_OFFER)
 
-    def _offer_volume(self, check: ModelCheck) -> None:
+    def _offer_volume(self, folder: Path, scene: Scene | None) -> None:
         self._notices.clear(VOLUME_OFFER)
-        if check.scene is None or self._is_open(check):
+        if scene is None or self._is_open(scene):
             return
-        name = check.scene.volume_name
-        text = f"{check.folder.name} is a model of '{name}', which is not open."
-        actions = [Action("Locate it…", partial(self._locate, name))]
-        volume = self._workspace.library.volume_of(check.folder)
+        name = scene.volume_name
+        locate = f"Locate the volume '{name}'", VOLUME_FILTER
+        text = f"{folder.name} is a model of '{name}', which is not open."
+        actions = [Action("Locate it…", partial(self.ask, *locate, self.open_volume))]
+        volume = self._workspace.library.volume_of(folder)
         if volume is None:
             text += " Open that volume to see the model's images."
         else:
             actions.insert(0, Action(f"Open {volume.name}", partial(self.open_volume, volume)))
         self._notices.add(text, *actions, key=VOLUME_OFFER)
 
-    def _is_open(self, check: ModelCheck) -> bool:
-        """Whether a model's volume is the open one."""
-        opened, scene = self._workspace.opened, check.scene
-        if opened is None or scene is None:
-            return False
-        return opened.fingerprint == scene.volume_fingerprint
-
-    def _locate(self, name: str) -> None:
-        found = ask_for_file(self._context, f"Locate the volume '{name}'", VOLUME_FILTER)
-        if found is not None:
-            self.open_volume(found)
+    def _is_open(self, scene: Scene) -> bool:
+        opened = self._workspace.opened
+        return opened is not None and opened.fingerprint == scene.volume_fingerprint
 
     def _known_layout(self, path: Path) -> RawLayout | None:
         """Layout that a raw file's name says, or that was entered for it before, if it fits."""
@@ -376,7 +339,6 @@ class Files(QObject):
         return None
 
     def _known_choice(self, path: Path) -> Choice | None:
-        """Last choice among a file's volumes; None without one."""
         text = self._preferences.volume_at(path).choice
         return Choice.parse(text) if text else None
 

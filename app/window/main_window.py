@@ -27,7 +27,6 @@ from app.state.preferences import Preferences
 from app.tf_editor.plot_area import PlotData
 from app.window.figure import Subject
 from app.window.menus import Menus
-from app.window.status_line import KeyHints
 from app.window.window_parts import WindowParts
 from model.rendering.scale_bar import Scale
 
@@ -44,14 +43,15 @@ class MainWindow(WindowParts):
         super().__init__(builders, device, preferences)
         self._alt_alone = self._b_returns = False  # B: once the latent browser is closed
         self.menus = Menus(self)
-        self._hints = KeyHints(
-            self.status,
-            self.sensitivity_state,
-            images=[pane.canvas for pane in self.context.panes],
-            maps=[self.browser.map, self.browser.grid],
-            plot=self.editor,
-            panel=self.sensitivity.findings,
-        )
+        tips: dict[QWidget, str] = {
+            **{pane.canvas: "Images" for pane in self.context.panes},
+            self.browser.map: "Map of TFs (B)",
+            self.browser.grid: "Map of TFs (B)",
+            self.editor: "Transfer function",
+            self.sensitivity.findings: "Values and edits",
+        }
+        for widget, area in tips.items():
+            widget.setStatusTip(area)
         for keys, step in (("F6", 1), ("Shift+F6", -1)):
             shortcut = QShortcut(QKeySequence(keys), self)
             shortcut.activated.connect(lambda step=step: self._move_focus(step))
@@ -127,7 +127,7 @@ class MainWindow(WindowParts):
     def event(self, event: QEvent) -> bool:
         """Show the keys of what is under the mouse, which Qt sends as its status tip."""
         if isinstance(event, QStatusTipEvent):
-            self._hints.show(event.tip())
+            self.status.show_area(event.tip())
             return True
         return super().event(event)
 
@@ -166,7 +166,6 @@ class MainWindow(WindowParts):
         event.accept()
 
     def _may_quit(self) -> bool:
-        """Ask whether to close the window with a figure or movie that is not finished."""
         unfinished, buttons = self.saving.unfinished, QMessageBox.StandardButton
         if not unfinished:
             return True
@@ -283,7 +282,7 @@ class MainWindow(WindowParts):
         self.panes.set_model(model.is_open and not model.awaits_path)
         self.generator.set_drawer(model.title, model.who, model.errors)
         self.overlays.subject = replace(self.overlays.subject, title=model.title)
-        self.brightness.set_lighting("learned", self.workspace.model_lighting)
+        self.brightness.set_lighting("learned", self.workspace.model.lighting)
         self.browser.bar.set_model(self.workspace.latent.model is not None)
         self.image_error.forget()
 
@@ -311,7 +310,7 @@ class MainWindow(WindowParts):
         scale, title = Scale.of(volume, opened.shown), self.workspace.model.title
         self.overlays.start_volume(Subject(volume.units, scale, title))
         self.tools.setEnabled(True)
-        self._hints.start_volume()
+        self.status.start_volume()
         self.crop_card.set_volume(volume.dimensions)
         for handles in self.crop_handles:
             handles.set_volume(volume.dimensions)

@@ -18,6 +18,8 @@ from app.icons import IconButton
 from app.image_view.reference_controls import DRAWINGS
 from app.state.library import KnownModel
 from app.state.settings import RecentKind
+from app.window.context import VOLUME_FILTER
+from app.window.files import TF_FILTER
 from app.window.help_pages import show_about, show_gestures
 from app.window.overlays import BACKGROUNDS, Overlay
 from app.window.pane_layout import Shown
@@ -107,7 +109,6 @@ class Menus:
     def _add_choices(
         self, menu: QMenu, texts: dict[Any, str], present: Slot, choose: Callable[[Any], object]
     ) -> None:
-        """Add entries of which one is checked."""
         actions = add_choices(menu, {each: (text, "") for each, text in texts.items()}, choose)
         self._refreshes.append(lambda: actions[present()].setChecked(True))
 
@@ -222,7 +223,8 @@ class Menus:
             return workspace.opened is not None and bool(workspace.opened.volume.file.contents)
 
         self._add(menu, "&Open…", files.ask_and_open, keys.Open)
-        self._add(menu, "Open &DICOM folder…", files.ask_for_dicom)
+        open_folder = partial(files.ask, "Open DICOM folder", "", files.open_volume)
+        self._add(menu, "Open &DICOM folder…", open_folder)
         samples = menu.addMenu("Sa&mple volumes")
         samples.setStyleSheet(f"QMenu {{ icon-size: {PICTURE}px; }}")
         for path in shipped_volumes():
@@ -235,11 +237,13 @@ class Menus:
         has_volume = lambda: workspace.opened is not None  # noqa: E731
         self._add(menu, "P&roperties…", files.show_properties, "Ctrl+I", is_there=has_volume)
         menu.addSeparator()
-        self._add(menu, "Open &TF…", files.ask_for_transfer_function, "Ctrl+T")
+        open_tf = partial(files.ask, "Open TF", TF_FILTER, files.open_transfer_function)
+        self._add(menu, "Open &TF…", open_tf, "Ctrl+T")
         self._add(menu, "&Save TF…", files.save_transfer_function, keys.Save)
         self._add_recent(menu, "transfer_functions")
         menu.addSeparator()
-        self._add(menu, "Open mas&k…", files.ask_for_mask, is_there=has_volume)
+        open_mask = partial(files.ask, "Open mask or labels", VOLUME_FILTER, files.open_mask)
+        self._add(menu, "Open mas&k…", open_mask, is_there=has_volume)
         has_mask = lambda: window.state.mask_input.value is not None  # noqa: E731
         self._add(menu, "Save mask…", files.save_mask, is_there=has_mask)
         menu.addSeparator()
@@ -445,7 +449,8 @@ class Menus:
         show_tips(menu)
         files, workspace = self._window.files, self._window.workspace
         listed: list[QAction] = []
-        first = add_action(menu, "Open &model…", files.ask_for_model, "Ctrl+M")
+        open_model = partial(files.ask, "Open model", "", files.open_model)
+        first = add_action(menu, "Open &model…", open_model, "Ctrl+M")
         close = add_action(menu, "&Close the model", partial(workspace.open_model, None))
         self._add_recent(menu, "models")
 
@@ -455,7 +460,7 @@ class Menus:
             library, opened = workspace.library, workspace.opened
             shipped = library.shipped()
             entries: list[tuple[KnownModel, Slot]] = [
-                (model, partial(files.open_model_and_volume, model.folder, volume))
+                (model, partial(files.open_model, model.folder, volume))
                 for model, volume in shipped
             ]
             if opened is not None:

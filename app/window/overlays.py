@@ -20,10 +20,8 @@ from app.window.context import Context
 from app.window.figure import (
     Comparison,
     Image,
+    Marks,
     Subject,
-    paint_legend,
-    paint_line,
-    paint_scale_bar,
 )
 from model.scene.inputs import SceneInputs
 from model.scene.transfer_function import OpacityTF, TransferFunction
@@ -109,16 +107,18 @@ class Overlays(QObject):
             pane.canvas.update()
 
     def _paint(self, pane: EnginePane, painter: QPainter, _square: QRect) -> None:
-        rect, state, subject = pane.canvas.picture_rect, self._state, self.subject
+        state, subject = self._state, self.subject
+        marks = Marks.over(painter, pane.canvas.picture_rect, self.background)
+        if marks is None:
+            return
         compares = state.tf_input.compares
         if self.has("legend") and (compares or pane.canvas is self._right):
             # In one image that shows both, it is of the edited one.
             own = state.tf_input.of(pane.name) if compares and not pane.canvas.wiped else None
-            paint_legend(painter, rect, own or self.legend_tf, subject.units, self.background)
+            marks.legend(own or self.legend_tf, subject.units)
         if self.has("scale_bar") and subject.scale is not None:
-            bar = subject.scale.bar(state.view, state.inputs.part)
-            paint_scale_bar(painter, rect, bar, self.background)
-        paint_line(painter, rect, subject, state.view, self.background)
+            marks.scale_bar(subject.scale.bar(state.view, state.inputs.part))
+        marks.line(subject, state.view)
 
 
 TIP = (
@@ -169,7 +169,7 @@ class ImageError(QObject):
         state, is_b = self._state, self.pane is self._pane_b
         if (inputs, others) != (state.inputs_of(self.pane.name), state.inputs_of("A")):
             return None
-        alike = self._workspace.model_lighting == self._workspace.reference.settings.lighting
+        alike = self._workspace.model.lighting == self._workspace.reference.settings.lighting
         is_unknown = not inputs.part.is_whole or inputs.mask or inputs.view.is_orthographic
         if not is_b and (not alike or is_unknown):
             return None

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import QObject
-from PySide6.QtGui import QImage
 from PySide6.QtWidgets import QInputDialog, QMessageBox
 
 from app.controls import add_action
@@ -30,9 +30,9 @@ class Presets(QObject):
 
     def __init__(self, menu: PresetMenu, context: Context) -> None:
         super().__init__(menu)
-        self._menu, self._context, self._state = menu, context, context.state
+        self._context, self._state = context, context.state
         self._folder = context.preferences.folder
-        self._pictures = SmallPictures("presets", PICTURE, context, self._show)
+        self._pictures = SmallPictures("presets", PICTURE, context, menu.set_pictures)
         menu.own = self._own
         menu.picturesWanted.connect(self._ask)
         menu.aboutToHide.connect(self._pictures.stop_tracing)
@@ -53,22 +53,22 @@ class Presets(QObject):
         question = f"The preset {name} exists. Replace it?"
         if is_there and QMessageBox.question(window, "Replace", question) != buttons.Yes:
             return
-        try:
-            save_own_preset(folder, name, self._state.transfer_function)
-        except TransferFunctionError as error:
-            self._context.fail(str(error), KEY)
-        else:
-            self._context.status.say(f"Saved the preset {name}.")
+        save = partial(save_own_preset, folder, name, self._state.transfer_function)
+        self._change(save, f"Saved the preset {name}.")
 
     def remove(self, name: str) -> None:
         """Remove one of the user's presets."""
         if self._folder is not None:
-            try:
-                remove_own_preset(self._folder, name)
-            except TransferFunctionError as error:
-                self._context.fail(str(error), KEY)
-            else:
-                self._context.status.say(f"Removed the preset {name}.")
+            remove = partial(remove_own_preset, self._folder, name)
+            self._change(remove, f"Removed the preset {name}.")
+
+    def _change(self, change: Callable[[], None], said: str) -> None:
+        try:
+            change()
+        except TransferFunctionError as error:
+            self._context.fail(str(error), KEY)
+        else:
+            self._context.status.say(said)
 
     def _own(self) -> list[Preset]:
         return [
@@ -98,9 +98,6 @@ class Presets(QObject):
                 for preset in listed
             ]
         )
-
-    def _show(self, images: list[QImage]) -> None:
-        self._menu.set_pictures(images)
 
 
 def own_presets(folder: Path | None) -> dict[str, TransferFunction]:

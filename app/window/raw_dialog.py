@@ -11,8 +11,6 @@ from PySide6.QtCore import QSize, QSizeF, Qt
 from PySide6.QtGui import QImage, QPixmap, QResizeEvent
 from PySide6.QtWidgets import (
     QDialog,
-    QDialogButtonBox,
-    QFormLayout,
     QGridLayout,
     QHBoxLayout,
     QLabel,
@@ -22,7 +20,7 @@ from PySide6.QtWidgets import (
 )
 
 from app import theme
-from app.controls import fill, label, list_box
+from app.controls import answer_box, fill, form, label, list_box
 from app.engines.background import LatestCall
 from app.number_box import NumberBox, WholeNumberBox
 from model.volume_files.checks import readable_size
@@ -110,8 +108,8 @@ class RawDialog(QDialog):
         self.offset_box = WholeNumberBox()
         self.slices = [SlicePreview() for _ in "xyz"]
         self.fit = QLabel()
-        self._buttons = QDialogButtonBox()
-        self.open_button = self._buttons.addButton("Open", QDialogButtonBox.ButtonRole.AcceptRole)
+        self._buttons, self.open_button = answer_box(self, "Open")
+        self._buttons.accepted.connect(self.accept)
         self._fill_boxes()
         self._lay_out()
         self._show_layout(guess_layout(path, self._present) or UNKNOWN)
@@ -159,14 +157,13 @@ class RawDialog(QDialog):
         self.order_box.setToolTip("Which byte of a value comes first in the file")
 
     def _lay_out(self) -> None:
-        form = QFormLayout()
-        form.setVerticalSpacing(8)
-        form.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
-        form.addRow("Dimensions", _row(self.dimension_boxes))
-        form.addRow("Type", self.type_box)
-        form.addRow("Byte order", self.order_box)
-        form.addRow("Header bytes", self.offset_box)
-        form.addRow("Spacing", _row(self.spacing_boxes))
+        rows = form(
+            ("Dimensions", _row(self.dimension_boxes)),
+            ("Type", self.type_box),
+            ("Byte order", self.order_box),
+            ("Header bytes", self.offset_box),
+            ("Spacing", _row(self.spacing_boxes)),
+        )
         size = label(f"{self._path.name}, {readable_size(self._present)}", "title")
         slices = QGridLayout()
         slices.setSpacing(8)
@@ -180,11 +177,7 @@ class RawDialog(QDialog):
         # Room for two lines, so that nothing moves while numbers are entered.
         self.fit.setMinimumHeight(2 * self.fit.fontMetrics().lineSpacing() + 2)
         self.fit.setAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignTop)
-        self._buttons.addButton(QDialogButtonBox.StandardButton.Cancel)
-        self._buttons.accepted.connect(self.accept)
-        self._buttons.rejected.connect(self.reject)
-        self.open_button.setDefault(True)
-        column = fill(QVBoxLayout(self), size, form, margins=(16, 14, 16, 14), spacing=12)
+        column = fill(QVBoxLayout(self), size, rows, margins=(16, 14, 16, 14), spacing=12)
         column.addLayout(slices, 1)
         column.addWidget(self.fit)
         column.addWidget(self._buttons)
@@ -200,7 +193,6 @@ class RawDialog(QDialog):
             changed.connect(lambda _value: self._check())
 
     def _show_layout(self, layout: RawLayout) -> None:
-        """Show a layout in the fields, other than its spacing."""
         boxes = [*self.dimension_boxes, self.offset_box]
         for box, count in zip(boxes, (*layout.dimensions, layout.offset), strict=True):
             box.show_value(count)
@@ -208,13 +200,12 @@ class RawDialog(QDialog):
         self.order_box.setCurrentText(ORDERS[layout.byte_order])
 
     def _check(self) -> None:
-        """Show whether the layout fits, and ask for its previews."""
         layout = self.choice()
         self.order_box.setEnabled(layout.dtype.itemsize > 1)
         fits = layout.nbytes == self._present
         self.open_button.setEnabled(fits)
         self.fit.setText(fit_sentence(layout, self._present))
-        self.fit.setStyleSheet(f"color: {theme.DIM_TEXT if fits else theme.WARNING}")
+        self.fit.setStyleSheet(f"color: {theme.DIM if fits else theme.ATTENTION}")
         self._previews.ask(partial(_render_previews, self._path, layout))
 
     def _show_previews(self, previews: Previews) -> None:
@@ -239,7 +230,6 @@ def _render_previews(path: Path, layout: RawLayout) -> Previews:
 
 
 def _row(boxes: list[WholeNumberBox] | list[NumberBox]) -> QHBoxLayout:
-    """Return boxes for x, y and z side by side."""
     row = QHBoxLayout()
     for number, box in enumerate(boxes):
         if number:

@@ -74,7 +74,7 @@ class SceneNotices(QObject):
         opened = self._workspace.opened
         if opened is None or opened.volume.scale == "log":
             return
-        is_new = self._state.transfer_function == self._state.default_transfer_function
+        is_new = self._state.transfer_function == self._state.default
         if is_new and suits_logarithm(opened.volume.distribution):
             self._notices.add(
                 f"{opened.volume.name}: {LOGARITHM_OFFER}.",
@@ -87,7 +87,7 @@ class SceneNotices(QObject):
         opened, state = self._workspace.opened, self._state
         if opened is None or not state.interpolates or not looks_like_labels(opened.volume):
             self._notices.clear(LABELS)
-        elif state.transfer_function == state.default_transfer_function:
+        elif state.transfer_function == state.default:
             text = f"{opened.volume.name} looks like labels."
             show = Action("Show as labels", partial(self._show_labels, opened.volume))
             self._notices.add(text, show, key=LABELS)

@@ -17,9 +17,8 @@ from app.state.session import (
     SessionContent,
     SessionError,
     kept_mask,
-    session_settings,
 )
-from app.state.settings import VolumeMemory
+from app.state.settings import ImageSettings, SessionSettings, VolumeMemory, part_of
 from app.state.volume_opening import Wanted
 from app.window.context import VOLUME_FILTER, Context, ask_for_file, ask_for_place, proposed_name
 from app.window.overlays import Overlays
@@ -72,17 +71,12 @@ class Sessions(QObject):
         if session is None or opened is None:
             self._fail("There is nothing to save yet. Open a volume first.")
             return
-        try:
-            mask = self._context.state.mask_input.value
-            self._save(session, path, mask, opened.volume)
-        except TfscopeError as error:
-            self._fail(str(error))
-            return
-        self._preferences.note_recent("sessions", path)
-        self._name_window(path.name)
-        self._context.status.say(f"Saved {path.absolute()}.")
+        mask = self._context.state.mask_input.value
+        if self._context.saved(KEY, self._save, path, session, mask, opened.volume):
+            self._preferences.note_recent("sessions", path)
+            self._name_window(path.name)
 
-    def _save(self, session: Session, path: Path, mask: Mask | None, volume: Volume) -> None:
+    def _save(self, path: Path, session: Session, mask: Mask | None, volume: Volume) -> None:
         """Write a session, and next to it its mask, which takes a while if it is large."""
         name = "" if mask is None else f"{path.stem}.mask.nrrd"
         content = session.content
@@ -114,7 +108,7 @@ class Sessions(QObject):
         band = context.sensitivity.band
         content = SessionContent(
             memory,
-            session_settings(self._preferences.settings),
+            part_of(self._preferences.settings, SessionSettings),
             context.sensitivity.choices,
             band.values if band is not None and band.kept else None,
             context.latent.choices.shown,
@@ -165,11 +159,11 @@ class Sessions(QObject):
         if self._before_path in (None, path) or is_new or is_same:
             return False
         assert self._before_path is not None
-        content = SessionContent(memory, session_settings(self._preferences.settings))
+        content = SessionContent(memory, part_of(self._preferences.settings, SessionSettings))
         try:
             mask = self._preferences.read_mask(known.mask, opened.volume)
             before = Session(opened.path, opened.fingerprint, content)
-            self._save(before, self._before_path, mask, opened.volume)
+            self._save(self._before_path, before, mask, opened.volume)
         except TfscopeError as error:
             self._fail(str(error))
             return False
@@ -186,16 +180,9 @@ class Sessions(QObject):
         self._preferences.set(**vars(settings))
         # At once: what shows or hides an image is remembered.
         self._memory.restore_panes()
-        size = settings.reference_size
-        # It is noted of the volume already, and no edit that could be undone.
-        reference.choose(
-            keep=False,
-            lighting=memory.lighting,
-            drawing=settings.drawing,
-            stop=settings.stop,
-            denoises=settings.denoises,
-            size="pane" if size is None else size,
-        )
+        # The light is noted of the volume already, and no edit that could be undone.
+        drawn = vars(part_of(settings, ImageSettings))
+        reference.choose(keep=False, lighting=memory.lighting, **drawn)
         if memory.light is not None and context.state.light is not None:
             context.state.start_light(memory.light)
         if not memory.regions:

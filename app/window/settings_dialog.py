@@ -12,7 +12,6 @@ from PySide6.QtWidgets import (
     QCheckBox,
     QComboBox,
     QDialog,
-    QFormLayout,
     QLabel,
     QLineEdit,
     QPushButton,
@@ -20,7 +19,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.controls import clicked, close_box, fill, label, list_box
+from app.controls import clicked, close_box, fill, form, label, list_box
 from app.image_view.reference_controls import DRAWINGS, SIZES
 from app.state.settings import RecentKind, ThemeChoice
 from app.theme import apply_theme
@@ -57,10 +56,7 @@ class SettingsDialog(QDialog):
         self.search.setAccessibleName("Search settings")
         self.search.setClearButtonEnabled(True)
         self.search.textChanged.connect(self._filter)
-        self._form = QFormLayout()
-        self._form.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
-        self._form.setVerticalSpacing(8)
-        self._form.setHorizontalSpacing(16)
+        self._form = form()
         self._rows: list[tuple[QWidget, str, QLabel]] = []
         self._others = label("", "dim")
         self._others.setWordWrap(True)
@@ -84,7 +80,8 @@ class SettingsDialog(QDialog):
         """Return name, control and explanation of all settings, by their groups' titles."""
         work, settings = self._context.workspace.reference, self._context.preferences.settings
         renderer = _list(DRAWINGS, work.choices.drawing, lambda name: work.choose(drawing=name))
-        size = _list(SIZES, work.choices.size, lambda size: work.choose(size=size))
+        present = work.choices.reference_size
+        size = _list(SIZES, present, lambda size: work.choose(reference_size=size))
         cube = _switch(settings.cube, lambda _on: self._overlays.toggle("cube"))
         forget = clicked(QPushButton("Forget them"), lambda: self._forget(forget))
         return {
@@ -113,7 +110,6 @@ class SettingsDialog(QDialog):
         }  # fmt: skip
 
     def _add(self, group: QLabel, name: str, control: QWidget, explanation: str) -> None:
-        """Add a setting with a sentence below it."""
         control.setAccessibleName(name)
         below = label(explanation, "dim")
         below.setWordWrap(True)
@@ -180,7 +176,6 @@ def _paths(actions: Sequence[QAction], before: str = "") -> Iterator[str]:
 
 
 def _list(texts: Mapping[Any, str], present: object, choose: Callable[[Any], object]) -> QComboBox:
-    """Return a list of choices."""
     box, choices = list_box(), list(texts)
     box.addItems([*texts.values()])
     box.setCurrentIndex(choices.index(present) if present in choices else -1)

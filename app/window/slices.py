@@ -17,7 +17,6 @@ from app.state.opened_volume import OpenedVolume
 from app.tf_editor.plot_area import PlotArea
 from app.window.cards import CropCard
 from app.window.context import Context
-from app.window.help_pages import status_keys
 from model.rendering.ray_places import ray_places
 from model.scene.slices import MIDDLE, usual_window, voxel_of
 from model.scene.tf_perturbation import band_of_edit
@@ -106,7 +105,7 @@ class Slices(QObject):
         self._area.opacity.addItem(self._mark, ignoreBounds=True)
         self._rest = Pause(self, HELD_MS, self._hold)
         for view in column.views:
-            view.setStatusTip(status_keys("Slices (S)"))
+            view.setStatusTip("Slices (S)")
             view.installEventFilter(self)
         for pane in self._context.panes:
             pane.canvas.add_decoration(self._paint)
@@ -115,7 +114,6 @@ class Slices(QObject):
         return column
 
     def _resize(self) -> None:
-        """Make room for three slices, or for a large one."""
         assert self.column is not None
         whole, high = self._row.width(), self._row.height()
         width = max(round(LARGE * whole if self.column.is_large else SMALL * high), NARROWEST)
@@ -194,7 +192,6 @@ class Slices(QObject):
             self._context.sensitivity.hover(self._under, effect=False)
 
     def _paint(self, painter: QPainter, square: QRect) -> None:
-        """Draw the cross-hair over an image."""
         state, point = self._context.state, np.array([self.state.place])
         projection = Projection(state.view, state.proportions)
         if not self.is_shown or projection.depths(point)[0] <= NEAREST_DEPTH:

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import html
 import re
-from collections.abc import Sequence
 
-from PySide6.QtCore import QEvent, QObject, Qt
+from PySide6.QtCore import QEvent, Qt
 from PySide6.QtGui import QResizeEvent
-from PySide6.QtWidgets import QLabel, QProgressBar, QStackedWidget, QStatusBar, QWidget
+from PySide6.QtWidgets import QLabel, QProgressBar, QStackedWidget, QStatusBar
 
 from app import theme
 from app.controls import ElidedLabel, announce, label
@@ -17,59 +16,6 @@ from app.number_box import MINUS, without_zero
 from app.state.sensitivity_state import SensitivityState
 from app.state.viewer_state import ViewerState
 from app.window.help_pages import status_keys
-
-
-class KeyHints(QObject):
-    """Gives the areas of the window their status tips, and follows regions and band of values."""
-
-    def __init__(
-        self,
-        status: StatusLine,
-        regions: SensitivityState,
-        images: Sequence[QWidget],
-        maps: Sequence[QWidget],
-        plot: QWidget,
-        panel: QWidget,
-    ) -> None:
-        super().__init__(status)
-        self._status, self._regions = status, regions
-        self._images, self._plot = images, plot
-        self._is_empty = True
-        for each in maps:
-            each.setStatusTip(status_keys("Map of TFs (B)"))
-        panel.setStatusTip(status_keys("Values and edits"))
-        regions.changed.connect(self._follow)
-        self._follow()
-        self.show("")
-
-    def show(self, keys: str) -> None:
-        """Show the keys of what is under the mouse; of nothing, those of the images."""
-        self._status.set_keys(keys or self._of_images())
-
-    def start_volume(self) -> None:
-        """Give images and plot their keys, now that there is something in them."""
-        self._is_empty = False
-        self._follow()
-
-    def _of_images(self) -> str:
-        if self._is_empty:
-            return status_keys("Files")
-        if self._regions.tool is not None:
-            return status_keys("Drawing a region")
-        return status_keys("Images" if self._regions.active is None else "Regions")
-
-    def _follow(self) -> None:
-        """Give images and plot the keys of what is under way."""
-        shown = self._status.keys
-        plot = "Transfer function" if self._regions.band is None else "Value under the mouse"
-        tips = dict.fromkeys(self._images, self._of_images())
-        tips[self._plot] = "" if self._is_empty else status_keys(plot)
-        for widget, keys in tips.items():
-            if shown and shown == widget.statusTip():
-                # The mouse is there, and does not come anew.
-                self._status.set_keys(keys)
-            widget.setStatusTip(keys)
-
 
 HEIGHT = 24
 
@@ -82,12 +28,17 @@ NARROW = 1180  # width in pixels below which the view's numbers are left out
 
 
 class StatusLine(QStatusBar):
-    """Shows the keys that are of use under the mouse, or the newest sentence in their place."""
+    """Shows the keys that are of use under the mouse, or the newest sentence in their place.
 
-    def __init__(self, state: ViewerState) -> None:
+    Widgets have the name of their area in the table of keys as their status tip.
+    """
+
+    def __init__(self, state: ViewerState, regions: SensitivityState) -> None:
         super().__init__()
-        self._state = state
-        self._keys_text = ""
+        self._state, self._regions = state, regions
+        self._area = "Images"  # under the mouse; of nothing, that of the images
+        self._is_empty = True
+        self.keys = ""  # that are shown while there is no sentence
         self.setFixedHeight(HEIGHT)
         self.setContentsMargins(8, 0, 8, 0)
         self._news = ElidedLabel()
@@ -116,9 +67,11 @@ class StatusLine(QStatusBar):
         self._rest = Pause(self, NEWS_MS, lambda: self.say(""))
         for changed in (state.viewChangeFinished, state.navigationChanged):
             changed.connect(self._show_view)
+        regions.changed.connect(self._name_keys)
         # It may be about what is undone.
         state.edits.undone.connect(self._forget)
         self._show_view()
+        self._name_keys()
 
     @property
     def news(self) -> str:
@@ -129,11 +82,6 @@ class StatusLine(QStatusBar):
     def preparation(self) -> str:
         """Progress of compiling the renderers, in words; empty once they are ready."""
         return "" if self._prepared.isHidden() else self._prepared.text()
-
-    @property
-    def keys(self) -> str:
-        """The keys that are shown while there is no sentence."""
-        return self._keys_text
 
     @property
     def view_text(self) -> str:
@@ -157,10 +105,30 @@ class StatusLine(QStatusBar):
         self._prepared.setValue(done)
         self._prepared.setVisible(done < wanted)
 
-    def set_keys(self, text: str) -> None:
-        """Set the keys, such as "[Drag] turn  [Wheel] closer"."""
-        if text != self._keys_text:
-            self._keys_text = text
+    def show_area(self, area: str) -> None:
+        """Show the keys of an area; of none, those of the images."""
+        self._area = area or "Images"
+        self._name_keys()
+
+    def start_volume(self) -> None:
+        """Show the keys of images and plot, now that there is something in them."""
+        self._is_empty = False
+        self._name_keys()
+
+    def _name_keys(self) -> None:
+        """Show the keys of what is under way in the area under the mouse."""
+        area, regions = self._area, self._regions
+        if area in ("Images", "Transfer function") and self._is_empty:
+            area = "Files"
+        elif area == "Transfer function" and regions.band is not None:
+            area = "Value under the mouse"
+        elif area == "Images" and regions.tool is not None:
+            area = "Drawing a region"
+        elif area == "Images" and regions.active is not None:
+            area = "Regions"
+        keys = status_keys(area)
+        if keys != self.keys:
+            self.keys = keys
             self._show_keys()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
@@ -171,15 +139,15 @@ class StatusLine(QStatusBar):
     def changeEvent(self, event: QEvent) -> None:
         """Write the keys in another theme's colours."""
         super().changeEvent(event)
-        if event.type() == QEvent.Type.PaletteChange and self._keys_text:
+        if event.type() == QEvent.Type.PaletteChange and self.keys:
             self._show_keys()
 
     def _show_keys(self) -> None:
         chip = f"background-color: {theme.FIELD}; color: {theme.TEXT}"
-        found = re.findall(r"\[([^]]*)\] ([^[]*)", self._keys_text)
+        found = re.findall(r"\[([^]]*)\] ([^[]*)", self.keys)
         parts = [
             f"<span style='{chip}'>&nbsp;{html.escape(keys)}&nbsp;</span>"
-            f"<span style='color: {theme.DIM_TEXT}'>&nbsp; {html.escape(effect.strip())}</span>"
+            f"<span style='color: {theme.DIM}'>&nbsp; {html.escape(effect.strip())}</span>"
             for keys, effect in found
         ]
         self._keys.setText("&nbsp; &nbsp; ".join(parts))

@@ -8,6 +8,7 @@ from PySide6.QtWidgets import QFrame, QHBoxLayout, QMenuBar, QToolButton, QVBoxL
 
 from app import theme
 from app.caption_button import CaptionButton
+from app.controls import fill, rule
 from app.icons import IconButton
 from app.image_view.exactness_slider import ExactnessSlider
 from app.image_view.reference_controls import LightBall
@@ -16,7 +17,6 @@ from app.state.sensitivity_state import SensitivityState
 HEIGHT, TOOLS_WIDTH = 36, 36
 
 FOLD_WIDTH = 1180  # width in pixels below which the menus fold into one, and words into their icons
-LINE_HEIGHT = 20  # of the lines between groups, in pixels
 TOOLS_PLACE = 8, 40  # of the tools to the image's left and upper edge, in pixels
 
 
@@ -44,16 +44,25 @@ class TopBar(QWidget):
         for button in (self.compare, self.difference, self.browse):
             button.setCheckable(True)
         QShortcut(QKeySequence("F10"), self).activated.connect(self.open_menus)
-        self._comparison = [self.compare, self.difference, _line()]
+        self._comparison = [self.compare, self.difference, rule()]
         self._is_folded: bool | None = None
         row = QHBoxLayout(self)
         row.setContentsMargins(8, 0, 8, 0)
         row.setSpacing(4)
-        left: list[QWidget] = [self.menus, self.menu_bar, _line(), self.volume]
+        left: list[QWidget] = [self.menus, self.menu_bar, rule(), self.volume]
         for widget in left:
             row.addWidget(widget, 0, Qt.AlignmentFlag.AlignVCenter)
         row.addStretch(1)
-        right = [ball, light, _line(), exactness, _line(), *self._comparison, self.browse, _line()]
+        right = [
+            ball,
+            light,
+            rule(),
+            exactness,
+            rule(),
+            *self._comparison,
+            self.browse,
+            rule(),
+        ]
         for widget in (*right, self.save):
             row.addWidget(widget)
         self._fold(False)
@@ -119,12 +128,10 @@ class ToolStrip(QFrame):
             "lasso", "Lasso", "L", "Draw around something in either image", colors=colors
         )
         self.crop = IconButton("crop", "Crop", "K", "Cut the volume by six planes", colors=colors)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(4, 4, 4, 4)
-        column.setSpacing(2)
-        for button in (self.rectangle, self.lasso, self.crop):
+        buttons = self.rectangle, self.lasso, self.crop
+        for button in buttons:
             button.setCheckable(True)
-            column.addWidget(button)
+        fill(QVBoxLayout(self), *buttons, margins=(4, 4, 4, 4), spacing=2)
         self.rectangle.clicked.connect(lambda on: regions.set_tool("rectangle" if on else None))
         self.lasso.clicked.connect(lambda on: regions.set_tool("lasso" if on else None))
         regions.changed.connect(lambda _what: self._show_tool(regions.tool))
@@ -141,10 +148,3 @@ class ToolStrip(QFrame):
     def _show_tool(self, tool: object) -> None:
         self.rectangle.setChecked(tool == "rectangle")
         self.lasso.setChecked(tool == "lasso")
-
-
-def _line() -> QFrame:
-    line = QFrame()
-    line.setProperty("role", "line")
-    line.setFixedSize(1, LINE_HEIGHT)
-    return line

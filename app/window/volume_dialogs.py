@@ -13,7 +13,6 @@ from PySide6.QtWidgets import (
     QComboBox,
     QDialog,
     QDialogButtonBox,
-    QFormLayout,
     QHBoxLayout,
     QHeaderView,
     QLabel,
@@ -28,7 +27,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.controls import clicked, close_box, fill, label
+from app.controls import answer_box, clicked, close_box, fill, form, label
 from model.errors import VolumeError
 from model.scene.volume import ChoiceKind, Content, Volume
 from model.volume_files.checks import readable_size, times
@@ -69,14 +68,9 @@ class ContentsDialog(QDialog):
         self._kinds = list(dict.fromkeys(content.kind for content in contents))
         self.tables: dict[str, QTableWidget] = {}
         self.boxes: dict[str, QComboBox] = {}
-        self._buttons = QDialogButtonBox()
-        self.open_button = self._buttons.addButton("Open", QDialogButtonBox.ButtonRole.AcceptRole)
-        self.keep_button = self._buttons.addButton(
-            "Keep what is shown", QDialogButtonBox.ButtonRole.RejectRole
-        )
-        self._lay_out(name)
+        self._buttons, self.open_button = answer_box(self, "Open", "Keep what is shown")
         self._buttons.accepted.connect(self._accept)
-        self._buttons.rejected.connect(self.reject)
+        self._lay_out(name)
         self._check()
 
     def choice(self) -> Choice:
@@ -100,9 +94,7 @@ class ContentsDialog(QDialog):
         text.setTextFormat(Qt.TextFormat.PlainText)
         text.setWordWrap(True)
         column.addWidget(text)
-        form = QFormLayout()
-        form.setVerticalSpacing(8)
-        form.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
+        rows = form()
         for kind in self._kinds:
             if kind in LISTED:
                 column.addWidget(label(TITLES[kind], "title"))
@@ -111,11 +103,10 @@ class ContentsDialog(QDialog):
                 column.addWidget(table, 1)
             else:
                 self.boxes[kind] = self._box(self._of(kind), TITLES[kind])
-                form.addRow(TITLES[kind], self.boxes[kind])
-                form.addRow("", _size_label(self._of(kind)))
-        column.addLayout(form)
+                rows.addRow(TITLES[kind], self.boxes[kind])
+                rows.addRow("", _size_label(self._of(kind)))
+        column.addLayout(rows)
         column.addWidget(self._buttons)
-        self.open_button.setDefault(True)
         self.setMinimumWidth(560 if self.tables else 420)
 
     def _table(self, contents: list[Content], title: str) -> QTableWidget:
@@ -193,14 +184,11 @@ class LabelsDialog(QDialog):
                 swatch = QPixmap(SWATCH, SWATCH)
                 swatch.fill(QColor.fromRgbF(*color))
                 item.setIcon(QIcon(swatch))
-        buttons, role = QDialogButtonBox(), QDialogButtonBox.ButtonRole
+        buttons, self.show_button = answer_box(self, "&Show")
         for text, is_on in (("&All", True), ("&None", False)):
-            button = buttons.addButton(text, role.ActionRole)
+            button = buttons.addButton(text, QDialogButtonBox.ButtonRole.ActionRole)
             button.setAutoDefault(False)
             clicked(button, partial(self._check_all, is_on))
-        self.show_button = buttons.addButton("&Show", role.AcceptRole)
-        buttons.addButton(QDialogButtonBox.StandardButton.Cancel)
-        self.show_button.setDefault(True)
         note = label(labels.note, "dim")
         note.setWordWrap(True)
         note.setVisible(bool(labels.note))
@@ -208,7 +196,6 @@ class LabelsDialog(QDialog):
         fill(QVBoxLayout(self), *parts, margins=MARGINS, spacing=12)
         self.list.itemChanged.connect(lambda _: self._offer())
         buttons.accepted.connect(self._accept)
-        buttons.rejected.connect(self.reject)
         self.finished.connect(self.deleteLater)
         self.resize(420, 460)
         self._offer()
@@ -233,7 +220,6 @@ class LabelsDialog(QDialog):
 
 
 def _size_label(contents: list[Content]) -> QLabel:
-    """Return a line on how many there are, and how large each is."""
     first = contents[0]
     size = readable_size(first.nbytes)
     voxels = _crossed(times(first.dimensions))
@@ -259,11 +245,8 @@ class PropertiesDialog(QDialog):
         self._read_again = read_again
         self.setWindowTitle(f"Properties of {volume.name}")
         self.rows = [("file", str(path)), *describe(volume)]
-        content = QWidget()
-        form = QFormLayout(content)
-        form.setVerticalSpacing(6)
-        form.setHorizontalSpacing(16)
-        form.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
+        content, rows = QWidget(), form()
+        content.setLayout(rows)
         self.spacing = QLineEdit(dict(self.rows)["spacing"].replace(" x ", ", "))
         self.spacing.setAccessibleName("Spacing along x, y and z, and its unit")
         self.stretch = QLineEdit(f"{volume.file.stretch:.6g}")
@@ -281,16 +264,16 @@ class PropertiesDialog(QDialog):
             if name == "spacing":
                 parts = self.stretch, QLabel("times as long"), self.apply
                 line = fill(QHBoxLayout(), *parts, spacing=8)
-                form.addRow("Spacing", self.spacing)
-                form.addRow("z is drawn", line)
-                form.addRow(self.problem)
+                rows.addRow("Spacing", self.spacing)
+                rows.addRow("z is drawn", line)
+                rows.addRow(self.problem)
             if name in ("spacing", "z is drawn"):
                 continue
             text = text if name == "file" else _crossed(text)
             value = QLabel(text, textFormat=Qt.TextFormat.PlainText, wordWrap=True)
             by = Qt.TextInteractionFlag
             value.setTextInteractionFlags(by.TextSelectableByMouse | by.TextSelectableByKeyboard)
-            form.addRow(name.capitalize(), value)
+            rows.addRow(name.capitalize(), value)
         area = QScrollArea()
         area.setWidgetResizable(True)
         area.setFrameShape(QScrollArea.Shape.NoFrame)

@@ -57,7 +57,7 @@ class WindowParts(QMainWindow):
             "B", reference, self.brightness, "exact", channel=reference.images_b
         )
         self.editor = TransferFunctionEditor(self.state)
-        self.notice, self.status = Notices(), StatusLine(self.state)
+        self.notice, self.status = Notices(), StatusLine(self.state, self.sensitivity_state)
         viewing = Viewing(self.state, self.sensitivity_state, self.latent_state, self.preferences)
         clients = Clients(generator, reference, analyst)
         self.workspace = Workspace(viewing, clients, builders.on(device), self)

@@ -86,7 +86,7 @@ def make_window(qtbot, builders):
 
     def make(volume="ramp", model=Path("model"), folder=None, size="generator", **choices):
         window = MainWindow(builders.make(), preferences=Preferences(folder))
-        window.workspace.reference.choose(size=size, **choices)
+        window.workspace.reference.choose(reference_size=size, **choices)
         qtbot.addWidget(window)
         # Real engines start processes, on machines that may be busy.
         with qtbot.waitSignal(window.workspace.settled, timeout=1000 * PATIENCE_S):

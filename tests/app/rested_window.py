@@ -8,7 +8,7 @@ from PySide6.QtWidgets import QPushButton
 def rested(qtbot, make_window):
     """Open a window that the ray caster alone draws, in direct light."""
     # From the start: the kernels of no other light are compiled.
-    window = make_window(model=None, size="pane", lighting="direct", drawing="raycast")
+    window = make_window(model=None, size=None, lighting="direct", drawing="raycast")
     work = window.workspace.reference
     qtbot.waitUntil(lambda: not work._pane_rest.isActive() and window.workspace.is_settled)
     return window

@@ -18,7 +18,7 @@ from model.scene.view import View
 
 
 def test_a_stop_is_chosen_kept_and_drawn_with_its_figures(qtbot, make_window):
-    window = make_window(model=None, size="pane")
+    window = make_window(model=None, size=None)
     control, work = window.exactness, window.workspace.reference
     # Where one renderer draws at rest and in motion, samples lie farther apart in motion.
     work.choose(lighting="direct", drawing="raycast")
@@ -44,7 +44,7 @@ def test_a_stop_is_chosen_kept_and_drawn_with_its_figures(qtbot, make_window):
 @pytest.mark.parametrize(("lighting", "exact"), [("none", 0.25), ("path", 0.5)])
 def test_in_path_traced_light_samples_stay_apart(lighting, exact):
     for stop, distance in (("fast", 0.5), (USUAL, 0.5), ("exact", exact)):
-        choices = ReferenceChoices(lighting, stop=stop)
+        choices = ReferenceChoices(lighting=lighting, stop=stop)
         assert choices.settings(None).sample_distance == distance
 
 

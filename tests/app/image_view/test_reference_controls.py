@@ -4,7 +4,7 @@ import pytest
 from PySide6.QtCore import QPoint, Qt
 
 from app.image_view.reference_controls import DIAMETER, REACH, BrightnessSlider, LightBall, light_at
-from app.state.brightness import BRIGHTEST, DARKEST
+from app.state.edits import BRIGHTEST, DARKEST
 from app.state.viewer_state import ViewerState
 from model.rendering.brightness import LIT_BRIGHTNESS
 from model.scene.scene import LightDirection, LightRange

@@ -210,7 +210,7 @@ def test_hovering_shows_picture_and_tf(qtbot, window, builders):
     assert (caption.title, caption.detail) == ("Under the mouse", "click to take")
     assert f"mean of {samples} TFs" in caption.toolTip()
     # It stays while the image is drawn anew.
-    window.workspace.reference.choose(size=64)
+    window.workspace.reference.choose(reference_size=64)
     qtbot.waitUntil(lambda: window.workspace.is_settled)
     assert window.browser.preview.is_shown
     assert window.reference.canvas.cover is not None

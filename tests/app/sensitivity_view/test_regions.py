@@ -198,7 +198,7 @@ def test_a_click_names_the_values_there_and_edits_them(qtbot, window, builders):
 
 
 def test_beside_the_square_of_a_wide_image_all_is_asked_and_shown_too(qtbot, make_window, builders):
-    window = make_window(model=None, size="pane")
+    window = make_window(model=None, size=None)
     canvas, state = window.reference.canvas, window.sensitivity_state
     qtbot.waitUntil(lambda: canvas.pixels == (canvas.image.width(), canvas.image.height()))
     shape = canvas.image.height(), canvas.image.width()

@@ -48,4 +48,4 @@ def test_automatic_light_is_the_best_that_is_not_slow():
     assert automatic.settings(None, frozenset({"soft", "direct"})).lighting == "none"
     assert ReferenceChoices(drawing="vtk").settings(None).lighting == "direct"
     # Who has chosen a light has it, however slow.
-    assert ReferenceChoices("soft").settings(None, frozenset({"soft"})).lighting == "soft"
+    assert ReferenceChoices(lighting="soft").settings(None, frozenset({"soft"})).lighting == "soft"

@@ -7,12 +7,12 @@ import pytest
 from kept_values import MEMORY, SETTINGS
 
 from app.state.sensitivity_state import Choices
-from app.state.session import Session, SessionContent, SessionError, session_settings
-from app.state.settings import VolumeMemory
+from app.state.session import Session, SessionContent, SessionError
+from app.state.settings import SessionSettings, VolumeMemory, part_of
 
 CONTENT = SessionContent(
     replace(MEMORY, path="", models=()),
-    session_settings(SETTINGS),
+    part_of(SETTINGS, SessionSettings),
     Choices(False, False, True, False, "change", "exact", 9.0, 0.1, True),
     (120.0, 140.0),
     True,

@@ -59,7 +59,7 @@ def slow(builders, monkeypatch):
 
 @pytest.mark.slow
 def test_nothing_on_screen_is_older_than_a_second_while_something_moves(qtbot, slow, make_window):
-    window = make_window(model=None, size="pane", lighting="direct", drawing="raycast")
+    window = make_window(model=None, size=None, lighting="direct", drawing="raycast")
     asker, state = window.workspace.sensitivity, window.state
     qtbot.waitUntil(
         lambda: asker.visibility is not None and window.workspace.is_settled,

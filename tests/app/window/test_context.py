@@ -1,8 +1,11 @@
+from functools import partial
+
 import pytest
 from PySide6.QtWidgets import QFileDialog, QMessageBox
 from ramp import make_tf, make_volume
 
 from app.window.context import ask_for_place, file_name
+from app.window.files import TF_FILTER
 from model.scene.transfer_function import TransferFunction
 
 
@@ -33,13 +36,13 @@ def test_files_are_opened_and_saved_unless_that_is_cancelled(
     qtbot, window, answer, builders, tmp_path, monkeypatch
 ):
     files = window.files
+    ask_for_tf = partial(files.ask, "Open TF", TF_FILTER, files.open_transfer_function)
     answer("")
     before = window.state.transfer_function
     for ask in (
         files.ask_and_open,
-        files.ask_for_dicom,
-        files.ask_for_model,
-        files.ask_for_transfer_function,
+        partial(files.ask, "Open model", "", files.open_model),
+        ask_for_tf,
         files.save_transfer_function,
         lambda: ask_for_place(window.context, "Save", "", (".png",)),
     ):
@@ -53,7 +56,7 @@ def test_files_are_opened_and_saved_unless_that_is_cancelled(
     files.save_transfer_function()
     assert TransferFunction.load(tmp_path / "mine.json") == make_tf(123.0)
     window.state.reset_transfer_function()
-    files.ask_for_transfer_function()
+    ask_for_tf()
     assert window.state.transfer_function == make_tf(123.0)
     assert window.preferences.settings.last_folder == str(tmp_path)
     assert window.preferences.recent("transfer_functions") == [tmp_path / "mine.json"]
@@ -62,7 +65,7 @@ def test_files_are_opened_and_saved_unless_that_is_cancelled(
     for content in ("", "{}", "[1, 2]"):
         foreign.write_text(content)
         window.notice.clear()
-        files.ask_for_transfer_function()
+        ask_for_tf()
         assert str(foreign) in window.notice.text
         assert window.state.transfer_function == make_tf(123.0)
     answer(tmp_path / "missing" / "tf.json")
@@ -86,7 +89,7 @@ def test_files_are_opened_and_saved_unless_that_is_cancelled(
     with qtbot.waitSignal(window.workspace.volumeStarted):
         files.ask_and_open()
     assert window.state.scalar_range == (100.0, 300.0)
-    files.ask_for_model()
+    files.ask("Open model", "", files.open_model)
     assert "no such folder" in window.notice.text
     assert len(builders.generators) == 1
 

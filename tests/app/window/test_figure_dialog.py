@@ -5,7 +5,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QDialog
 from ramp import make_tf
 
-from app.window.figure import FigureChoice, FigureLook, Subject, figure, panels, pixels_of
+from app.window.figure import FigureChoice, Subject, figure, panels, pixels_of
 from app.window.figure_dialog import FigureDialog
 from model.rendering.scale_bar import Scale
 from model.scene.inputs import SceneInputs
@@ -121,10 +121,10 @@ def plain(level, height, width):
     return image
 
 
-def made(look, which, **images):
+def made(choice, **images):
     subject = Subject("K", SCALE)
     drawn = {name: (image, 1.0) for name, image in images.items()}
-    return pixels_of(figure(look, drawn, which, INPUTS, subject)).astype(int)
+    return pixels_of(figure(choice, drawn, INPUTS, subject)).astype(int)
 
 
 pytestmark = pytest.mark.usefixtures("qapp")
@@ -135,10 +135,8 @@ pytestmark = pytest.mark.usefixtures("qapp")
 def test_the_scale_bar_is_as_long_as_the_scale_says(size, background, level):
     width, height = size
     image = plain(level, height, width)
-    without = made(FigureLook(width, height, background), "reference", reference=image)
-    shown = made(
-        FigureLook(width, height, background, scale_bar=True), "reference", reference=image
-    )
+    without = made(FigureChoice(width, height, background), reference=image)
+    shown = made(FigureChoice(width, height, background, scale_bar=True), reference=image)
     assert (without == round(255 * level)).all()
     changed = np.abs(shown - without).max(axis=-1) > 128
     rows, columns = np.nonzero(changed)
@@ -151,10 +149,10 @@ def test_the_scale_bar_is_as_long_as_the_scale_says(size, background, level):
 
 
 def test_both_are_squares_side_by_side():
-    look = FigureLook(1212, 600, WHITE, True, True)
-    left, right = panels(look, "both")
+    choice = FigureChoice(1212, 600, WHITE, True, True, "both")
+    left, right = panels(choice)
     assert (left.width(), left.height()) == (right.width(), right.height()) == (600, 600)
-    pixels = made(look, "both", generator=plain(0.2, 128, 128), reference=plain(0.6, 600, 600))
+    pixels = made(choice, generator=plain(0.2, 128, 128), reference=plain(0.6, 600, 600))
     assert (pixels[300, 10:590] == 51).mean() > 0.9
     assert (pixels[300, 625:900] == 153).mean() > 0.9
     assert (pixels[300, 604:608] == 255).all()
@@ -171,9 +169,8 @@ def test_the_difference_is_brightest_where_it_is_largest():
     truth = plain(0.5, 300, 300)
     drawn = truth.copy()
     drawn[100:150, 100:150, :3] += 0.3
-    pixels = made(
-        FigureLook(300, 300, None, True, True), "difference", generator=drawn, reference=truth
-    )
+    choice = FigureChoice(300, 300, None, True, True, "difference")
+    pixels = made(choice, generator=drawn, reference=truth)
     inside, outside = pixels[125, 125], pixels[60, 60]
     assert inside.sum() > outside.sum() + 60
     assert np.abs(pixels[240:, 150:] - outside).max() > 100

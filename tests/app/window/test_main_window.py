@@ -82,7 +82,7 @@ def test_both_images_follow_view_and_tf(qtbot, make_window, builders):
 
 
 def test_without_a_model_the_reference_has_the_window_and_is_lit(qtbot, make_window, builders):
-    window = make_window(model=None, size="pane")
+    window = make_window(model=None, size=None)
     assert window.errors == []
     work = window.workspace.reference
     # The first image is a square, until the pane is laid out.
@@ -98,7 +98,7 @@ def test_without_a_model_the_reference_has_the_window_and_is_lit(qtbot, make_win
         assert window.state.view == view
     pixels = builders.references[-1].requests[-1].quality.pixels
     assert (pixels.width, pixels.height) == window.reference.canvas.pixels
-    work.choose(size=256)
+    work.choose(reference_size=256)
     settle(qtbot, window)
     assert "256 × 256" in window.reference.detail
     assert window.top_bar.compare.isVisible() and not window.top_bar.compare.isChecked()

@@ -11,6 +11,7 @@ from rested_window import act_until, open_volume
 from window_fakes import PATIENCE_S
 
 from app.state.preferences import Preferences
+from app.window.context import VOLUME_FILTER
 from app.window.main_window import MainWindow
 from app.window.volume_dialogs import LabelsDialog
 from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF, TransferFunction
@@ -145,7 +146,7 @@ def test_masks_are_saved_and_opened(qtbot, window, tmp_path, monkeypatch):
     window.files.save_mask()
     qtbot.waitUntil(lambda: "Saved" in window.status.news)
     window.state.show_all_voxels()
-    window.files.ask_for_mask()
+    window.files.ask("Open mask", VOLUME_FILTER, window.files.open_mask)
     qtbot.waitUntil(lambda: window.state.inputs.mask == mask)
     assert window.state.edits.stack.undoText() == "open mask"
 

@@ -93,7 +93,7 @@ def test_settings_are_found_by_words_and_apply_at_once(qtbot, make_window):
     row = boxes["Image size"].findText("512 × 512")
     boxes["Image size"].setCurrentIndex(row)
     boxes["Image size"].activated.emit(row)
-    assert window.workspace.reference.choices.size == 512
+    assert window.workspace.reference.choices.reference_size == 512
     switches = {b.accessibleName(): b for b in dialog.findChildren(QCheckBox)}
     switches["Orientation cube"].click()
     assert not window.overlays.has("cube")

@@ -30,7 +30,7 @@ def test_it_draws_while_the_light_is_path_traced(qtbot, make_window, builders, m
     # One engine for each pane, of one sample and of many.
     samples = sorted(each.samples for each in builders.settings if each.lighting == "path")
     assert samples == [1, 64]
-    assert window.workspace.model_lighting == "path"
+    assert window.workspace.model.lighting == "path"
     assert window.workspace.sensitivity.exact_source == "surrogate"
     assert "Trained with" not in window.generator.hint
     # The model answers nothing meanwhile.

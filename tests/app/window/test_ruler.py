@@ -8,7 +8,7 @@ from mouse_events import action, at, drag
 from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtTest import QTest
 
-from app.window.figure import FigureLook, figure, pixels_of
+from app.window.figure import FigureChoice, figure, pixels_of
 from model.rendering.ray_places import ray_places
 from model.rendering.scale_bar import Scale
 from model.scene.transfer_function import OpacityTF
@@ -45,7 +45,7 @@ def test_two_clicks_measure_the_distance_of_what_shows_there(make_window):
     images = {"reference": (np.zeros((300, 300, 4), np.float32), 1.0)}
     without = replace(overlays.subject, line=())
     one, other = (
-        pixels_of(figure(FigureLook(300, 300), images, "reference", state.inputs, subject))
+        pixels_of(figure(FigureChoice(300, 300), images, state.inputs, subject))
         for subject in (overlays.subject, without)
     )
     ends = Projection(state.view, volume.proportions).places(np.array(points))

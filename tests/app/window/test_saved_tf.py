@@ -103,7 +103,7 @@ def test_what_is_too_narrow_for_the_range_is_said_with_a_range_for_it(qtbot, mak
         tf = TransferFunction(opacity, colors(opacity.scalar_range))
         open_over(qtbot, window, lambda tf=tf: window.state.tf_input.set(tf, "edit"))
         before = picture(window)
-        window.state.save_transfer_function(saved)
+        window.state.transfer_function.save(saved)
         open_over(qtbot, window, window.state.reset_transfer_function)
         assert window.state.transfer_function != tf, kind
         open_over(qtbot, window, lambda: window.files.open_transfer_function(saved))

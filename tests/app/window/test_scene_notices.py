@@ -119,7 +119,7 @@ def test_one_click_shows_the_logarithm(qtbot, make_window, builders, halo):
     volume = shown(window)
     np.testing.assert_allclose(volume.voxels, np.log10(VALUES), atol=1e-6)
     assert builders.drawn[-1].scale == "log"
-    assert window.state.transfer_function == window.state.default_transfer_function
+    assert window.state.transfer_function == window.state.default
     assert window.state.scale == "log"
     # The histogram is that of the logarithms, and the axis is labelled by values.
     area = window.editor.area
@@ -139,7 +139,7 @@ def test_one_click_shows_the_logarithm(qtbot, make_window, builders, halo):
     assert shown(window).scale == "log" and scale.isChecked()
     act_until(qtbot, window.workspace.rangeChanged, scale.trigger)
     assert shown(window).scale == "linear" and not scale.isChecked()
-    assert window.state.transfer_function == window.state.default_transfer_function
+    assert window.state.transfer_function == window.state.default
     values = VALUES.copy()
     values[:3] = 0.0
     builders.volumes["zeros"] = Volume(values, name="zeros")
@@ -153,9 +153,9 @@ def test_one_click_shows_the_logarithm(qtbot, make_window, builders, halo):
 
 def test_files_numbers_and_what_is_kept_are_on_the_scale(qtbot, make_window, halo, tmp_path):
     window = make_window("halo", model=None, folder=tmp_path / "kept")
-    window.state.save_transfer_function(tmp_path / "linear.json")
+    window.state.transfer_function.save(tmp_path / "linear.json")
     click(qtbot, window)
-    window.state.save_transfer_function(tmp_path / "log.json")
+    window.state.transfer_function.save(tmp_path / "log.json")
     log = window.state.transfer_function
     with qtbot.waitSignal(window.workspace.rangeChanged):
         window.files.open_transfer_function(tmp_path / "linear.json")

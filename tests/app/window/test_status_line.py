@@ -1,12 +1,13 @@
 import pytest
 
+from app.state.sensitivity_state import SensitivityState
 from app.window.status_line import StatusLine
 from model.scene.view import View
 
 
 @pytest.fixture
 def line(qtbot, state):
-    line = StatusLine(state)
+    line = StatusLine(state, SensitivityState())
     qtbot.addWidget(line)
     line.resize(1200, 24)
     line.show()

@@ -1,6 +1,7 @@
 from dataclasses import replace
 
 import pytest
+from PySide6.QtWidgets import QPushButton
 from rested_window import act_until
 from window_fakes import make_volume
 
@@ -82,7 +83,8 @@ def test_what_a_file_holds_is_asked_for_once(qtbot, window, several, tmp_path, m
     path = tmp_path / "others.tif"
     path.write_bytes(b"?")
     act_until(qtbot, window.workspace.volumeStarted, window.files.open, path)
-    asking()[0].keep_button.click()
+    buttons = asking()[0].findChildren(QPushButton)
+    next(each for each in buttons if each.text() == "Keep what is shown").click()
     act_until(qtbot, window.workspace.volumeStarted, window.files.open, path)
     assert not asking()
     assert several == [None, Choice(channel="0")]

@@ -6,7 +6,7 @@ from window_fakes import PATIENCE_S
 
 from app.engines.engines import REAL_BUILDERS
 from app.image_view.picture import BLACK
-from app.state import reference_work
+from app.state import reference_choices
 from app.window.figure import FigureChoice
 from model.errors import CannotDrawError
 from model.rendering import opengl, vtk_renderer
@@ -29,7 +29,7 @@ def real_reference(builders, monkeypatch):
         renderer.close()
     monkeypatch.setattr(opengl, "opengl_name", lambda: "NVIDIA RTX A2000/PCIe/SSE2")
     monkeypatch.setattr(builders, "reference", REAL_BUILDERS.reference)
-    monkeypatch.setattr(reference_work, "slow_lights", lambda _seconds: frozenset({"soft"}))
+    monkeypatch.setattr(reference_choices, "slow_lights", lambda _seconds: frozenset({"soft"}))
 
 
 def fail(*_, **__):
