@@ -51,7 +51,9 @@ class DesktopEntry:
     def run(self) -> None:
         """Write the entry where the freedesktop.org looks for it."""
         if not sys.platform.startswith("linux"):
-            raise TfscopeError("Desktop entries are Linux's; elsewhere make a shortcut to tfscope.")
+            raise TfscopeError(
+                "Desktop entries exist on Linux only; elsewhere make a shortcut to tfscope."
+            )
         home = Path(os.environ.get("XDG_DATA_HOME") or Path.home() / ".local" / "share")
         entry = home / "applications" / "tfscope.desktop"
         write_text(entry, _content())
@@ -122,7 +124,7 @@ class Window:
     tf: Path | None = options.tf()
     session: Path | None = option(
         None,
-        "What 'File > Save session' wrote; --volume: where its volume is now.",
+        "A session that 'File > Save session' wrote. --volume says where its volume is now.",
         metavar="FILE.tfscope",
     )
     view: View | None = options.view(default=None, show_default=False)
@@ -246,7 +248,7 @@ def _option_for(word: str, application: TyperGroup) -> str:
     if not path.exists():
         commands = ", ".join(sorted(application.commands))
         raise TfscopeError(
-            f"'{word}' is neither a command ({commands}) nor a file or folder that is there. "
+            f"'{word}' is neither a command ({commands}) nor an existing file or folder. "
             "See --help."
         )
     if path.is_dir():

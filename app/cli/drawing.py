@@ -133,8 +133,8 @@ def load_fitted(path: Path, scalar_range: Range, scale: ValueScale) -> TransferF
         tf = tf.on_scale(scale)
     if tf.scale != scale:
         raise RenderError(
-            f"{path}: this TF lies over {SCALE_NAMES[tf.scale]}, and here TFs lie over "
-            f"{SCALE_NAMES[scale]}; give one that was made on the same scale."
+            f"{path}: this TF is for {SCALE_NAMES[tf.scale]}, not for {SCALE_NAMES[scale]}; "
+            "give one that was made on the same scale."
         )
     return _noticed(path, tf, fit_to_range(tf, scalar_range))
 
@@ -318,7 +318,7 @@ def _generator_drawer(asked: Render) -> Drawer:
     if asked.lighting is not None and asked.lighting != scene.lighting:
         raise RenderError(
             f"The model was trained with the lighting '{scene.lighting}'; "
-            "leave another one out, or train a model with it."
+            "leave --lighting out, or train a model with it."
         )
     if asked.light is not None and scene.light_range is None:
         kind = "without light" if scene.light is None else "with a fixed light"

@@ -94,7 +94,7 @@ view = partial(
 crop = partial(
     option,
     default=None,
-    help="Show a box of the volume only, in fractions of its length along each axis. (default: "
+    help="Show only a box of the volume, in fractions of its length along each axis. (default: "
     "0,1,0,1,0,1)",
     metavar="X0,X1,Y0,Y1,Z0,Z1",
     parser=CropBox.parse,
@@ -102,8 +102,8 @@ crop = partial(
 clip = partial(
     option,
     default=None,
-    help="Cut away what lies beyond a plane, where a direction along the axes points to; the "
-    "offset from the centre is in halves of the volume's diagonal. (default: no plane)",
+    help="Cut the volume by a plane: its normal points to what is cut away, its offset from the "
+    "centre is in halves of the volume's diagonal. (default: no plane)",
     metavar="X,Y,Z[,OFFSET]",
     parser=ClipPlane.parse,
 )

@@ -44,8 +44,8 @@ class Render:
     model: Path | None = options.model()
     session: Path | None = option(
         None,
-        "What 'File > Save session' wrote: its volume, view, TF, light, crop box and mask, unless "
-        "other options say so.",
+        "A session that 'File > Save session' wrote. Its volume, view, TF, light, crop box and "
+        "mask are used unless other options are given.",
         metavar="NAME.tfscope",
     )
     view: View | None = options.view(

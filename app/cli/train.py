@@ -82,7 +82,7 @@ class Train:
     workers: int | None = options.workers()
     device: DeviceChoice = options.device()
     precision: PrecisionChoice = option(
-        "auto", "Digits that steps are computed in. (auto: the faster one here)"
+        "auto", "Precision of the training's steps. (auto: the faster one on this machine)"
     )
 
     def run(self) -> None:

@@ -303,7 +303,7 @@ class FindingsPanel(QFrame):
         target = self._edits_line if is_low else self._foot
         if target.indexOf(self._what_if.button) < 0:
             target.insertWidget(1 if is_low else 0, self._what_if.button)
-        self.edits_heading.setText("Modes" if is_low else "Modes to add")
+        self.edits_heading.setText("Modes" if is_low else "New modes")
         self.show_open()
 
     def leaveEvent(self, event: QEvent) -> None:

@@ -377,10 +377,10 @@ class PlaceLabel(QFrame):
             f"<tr><td>{values}</td><td align='right' style='padding-left: 12px'>{part}</td></tr>"
             for values, part in ((escape(text), part) for text, part in lines)
         )
-        pieces = "".join(map(self._row_of, self._finder.pieces, "01"))
-        nothing = asker.waiting if asker.pick is None else "Nothing visible here"
-        if pieces and not rows:
-            rows = f"<tr><td>{nothing}</td></tr>"
+        # Not above values that are still to come, so that no link moves from under the mouse.
+        pieces = "".join(map(self._row_of, self._finder.pieces, "01")) if asker.pick else ""
+        nothing = "Nothing visible here" if asker.pick else asker.waiting
+        rows = rows or (pieces and f"<tr><td>{nothing}</td></tr>")
         self.text.setText(f"<table>{rows}{pieces}</table>" if rows else nothing)
         said = ", ".join(" ".join(line) for line in lines)
         self.setAccessibleName(f"Values here: {said or nothing}")

@@ -303,7 +303,7 @@ class SampleStore:
                 or array.dtype != dtype
             ):
                 raise DatasetError(
-                    f"{self.path}: the array {split}/{name} is not as it should be "
+                    f"{self.path}: the array {split}/{name} has a wrong shape or type "
                     f"({array.shape} {array.dtype}); make the data set anew."
                 )
 

@@ -109,7 +109,7 @@ def test_percentiles_are_numpys(dtype):
 
 @pytest.mark.parametrize(
     ("low", "high", "message"),
-    [(5, 5, "no range of percentiles"), (-1, 5, "no range"), (1, 40, "all voxels are 0")],
+    [(5, 5, "not a range of percentiles"), (-1, 5, "not a range"), (1, 40, "all voxels are 0")],
 )
 def test_percentiles_without_a_range_are_refused(low, high, message):
     with pytest.raises(VolumeError, match=message):

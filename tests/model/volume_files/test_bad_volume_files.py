@@ -288,7 +288,7 @@ BAD_FILES = {
     "vtk keyword": (legacy(b"SCALARS", b"SCALERS"), r"."),
     "vtk without size": (legacy(b"DIMENSIONS", b"DIMENSION"), r"no dimensions"),
     # Kinds that are not read.
-    "tif half tiled": (half_tiled, r"damaged or foreign"),
+    "tif half tiled": (half_tiled, r"damaged, or of another format"),
     "tif complex": (tiff(ARRAY.astype("c8")), r"TIFF of complex64 voxels cannot be read here"),
     "tif in a circle": (circular, r"circular reference"),
     "tif of several": (lambda _: SLICE, r"one of the 10 slices in its folder, open the folder"),

@@ -137,7 +137,7 @@ def test_padding_is_missing():
     volume = read_volume(folder)
     assert volume.data_range == (stored[~grid.missing].min(), stored.max())
     assert volume.units == "HU"
-    assert "missing by what the file says (28 %)" in said(volume)
+    assert "(28 %) as missing" in said(volume)
 
 
 def test_a_lowest_value_that_is_white_is_said():

@@ -27,7 +27,7 @@ def save(path, array=ARRAY, affine=AFFINE, kind=nib.Nifti1Image):
     ("file", "spacing", "note"),
     [
         ("pixdim_ones_sform_only.nii", (0.5, 0.5, 3), "voxel sizes 1 x 1 x 1 differ"),
-        ("qform_LAS_sform_RAS.nii", (1, 1, 2), "mirror images of one another; the sform holds"),
+        ("qform_LAS_sform_RAS.nii", (1, 1, 2), "mirror images of one another; the sform is used"),
     ],
 )
 def test_the_sform_holds(file, spacing, note):
@@ -83,7 +83,7 @@ def test_a_name_of_another_kind_and_a_lost_mark(tmp_path):
     (tmp_path / "a.nrrd").write_bytes(content)
     check(read_volume(tmp_path / "a.nrrd"), ARRAY, "kind '.nii'")
     path.write_bytes(content[:344] + b"xxx" + content[347:])
-    check(read_volume(path), ARRAY, "lacks the mark")
+    check(read_volume(path), ARRAY, "no mark of NIfTI")
     path.write_bytes(content[:70] + b"\x09\0" + content[72:])
     refused(path, "its data type 9 is none of NIfTI-1's")
 

@@ -188,7 +188,7 @@ def test_a_declared_value_of_no_data_is_missing(tmp_path):
     nodata = (42113, 2, 0, "-9999", True)
     tifffile.imwrite(path, array, extratags=[nodata], photometric="minisblack")
     volume = read_volume(path)
-    assert "1 voxels are missing by what the file says" in said(volume)
+    assert "The file marks 1 voxels" in said(volume)
     assert volume.data_range[0] > -9999
 
 

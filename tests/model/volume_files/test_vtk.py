@@ -134,7 +134,7 @@ def test_what_ghost_types_hide_is_missing(tmp_path, kind):
     grid = read_vti(written(tmp_path / "a.vti", image), LARGEST)
     np.testing.assert_array_equal(grid.missing, hidden > 1 if kind != "valid" else hidden == 1)
     volume = read_volume(tmp_path / "a.vti")
-    assert "missing by what the file says" in " ".join(volume.notes)
+    assert "as missing" in " ".join(volume.notes)
     assert volume.file.contents == ()
 
 
