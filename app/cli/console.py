@@ -14,6 +14,7 @@ from rich.progress import (
     Progress,
     ProgressColumn,
     Task,
+    TaskID,
     TextColumn,
     TimeElapsedColumn,
     TimeRemainingColumn,
@@ -62,8 +63,8 @@ class _SpeedColumn(ProgressColumn):
 
 
 @contextmanager
-def counting(description: str, total: int, done: int = 0) -> Iterator[Callable[[int], None]]:
-    """Show a bar with item count, speed and remaining time; yield what sets the count."""
+def bars() -> Iterator[Callable[[str, int, int], None]]:
+    """Show bars with item count, speed and remaining time; yield what sets one of a name."""
     with Progress(
         TextColumn("{task.description}"),
         BarColumn(),
@@ -75,8 +76,22 @@ def counting(description: str, total: int, done: int = 0) -> Iterator[Callable[[
         console=console,
         speed_estimate_period=60,
     ) as progress:
-        task = progress.add_task(description, total=total, completed=done)
-        yield lambda count: progress.update(task, completed=count)
+        tasks: dict[str, TaskID] = {}
+
+        def show(name: str, done: int, total: int) -> None:
+            if name not in tasks:
+                tasks[name] = progress.add_task(name, total=total, completed=done)
+            progress.update(tasks[name], completed=done)
+
+        yield show
+
+
+@contextmanager
+def counting(name: str, total: int, done: int = 0) -> Iterator[Callable[[int], None]]:
+    """Show one such bar; yield what sets its count."""
+    with bars() as show:
+        show(name, done, total)
+        yield lambda count: show(name, count, total)
 
 
 def render_missing(store: SampleStore, render: Callable[[Callable[[int], None]], object]) -> None:
