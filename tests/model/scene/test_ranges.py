@@ -1,4 +1,4 @@
-"""The logarithmic scale, against NumPy's logarithm."""
+"""Scalar ranges, linear and logarithmic, against NumPy."""
 
 import json
 import math
@@ -31,8 +31,6 @@ from model.scene.transfer_function import (
 )
 from model.scene.value_scale import logarithmic_ticks, suits_logarithm, values_at
 from model.scene.volume import Volume
-from model.volume_files import read_volume
-from model.volume_files.shipped import shipped_volumes
 
 SHAPE = (24, 24, 24)
 RNG = np.random.default_rng(5)
@@ -313,11 +311,6 @@ def test_it_is_offered_for_log_normal_values_alone():
     hot = 100 + np.random.default_rng(2).random(OBLONG)
     hot[0, 0, 0] = 1e5
     assert not offered(hot)
-
-
-@pytest.mark.parametrize("path", shipped_volumes(), ids=lambda path: path.stem)
-def test_it_is_not_offered_for_what_is_shipped(path):
-    assert not suits_logarithm(read_volume(path).distribution)
 
 
 @pytest.mark.parametrize(

@@ -56,11 +56,11 @@ TFS = {
 
 @pytest.fixture(scope="module")
 def volume():
-    """Blobs, some voxels of which are missing."""
+    """Blobs, some voxels of which are missing, and values of which lie beyond the range."""
     small = small_volume()
     missing = np.zeros(small.scalars.shape, bool)
     missing[3:6, 4:7, 2:6] = True
-    return Volume(small.scalars, small.spacing, missing=missing).over(RANGE)
+    return Volume(small.scalars, small.spacing, missing=missing).over((30.0, 220.0))
 
 
 @pytest.fixture(autouse=True)

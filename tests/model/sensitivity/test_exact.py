@@ -180,23 +180,6 @@ def test_the_parts_of_a_region_add_up():
     renderer.close()
 
 
-def test_small_images_take_a_coarser_grid_for_many_edits():
-    """On volumes that have more voxels than that grid has nodes."""
-    places = np.stack(np.meshgrid(*[np.linspace(-1, 1, 72)] * 3, indexing="ij"))
-    field = 255 * np.exp(-3 * (places**2).sum(axis=0)) * (1 + 0.2 * np.sin(9 * places[0]))
-    volume = Volume(np.clip(np.rint(field), 0, 255).astype(np.uint8))
-    renderer = RaycastRenderer(volume, "soft", threads=2)
-    inputs = SceneInputs.of(VIEW, tf_of(np.linspace(0.01, 0.08, 256)))
-    small, large = (
-        change_norms(renderer, inputs, size, Region.whole(size), 6.0) for size in (64, 128)
-    )
-    # Four times as many pixels have twice the norm.
-    small, large = 2 * small.astype(float), large.astype(float)
-    assert np.linalg.norm(small - large) < 0.1 * np.linalg.norm(large)
-    assert small @ large > (1 - 2e-3) * np.linalg.norm(small) * np.linalg.norm(large)
-    renderer.close()
-
-
 def block_norms(image, blocks):
     """Norm of the colours of each block."""
     side = len(image) // blocks

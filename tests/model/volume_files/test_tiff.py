@@ -172,15 +172,6 @@ def test_ome_images_are_series_and_thumbnails_are_left_out(tmp_path):
     check(other, small, spacing=(9, 9, 9))
 
 
-def test_pages_written_one_by_one_are_a_stack_beside_a_thumbnail(tmp_path):
-    path, array = tmp_path / "a.tif", voxels("uint8", (6, 5, 7))
-    with tifffile.TiffWriter(path) as writer:
-        for page in array:
-            writer.write(page, photometric="minisblack", contiguous=False)
-        writer.write(array[0, :3, :4], photometric="minisblack")
-    check(read_volume(path), array, "Flat images were left out: 1")
-
-
 def test_a_declared_value_of_no_data_is_missing(tmp_path):
     array = voxels("float32")
     array[2, 3, 4] = -9999
