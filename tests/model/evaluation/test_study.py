@@ -9,17 +9,14 @@ from model import metrics
 from model.errors import TrainingError
 from model.evaluation.holdout import evaluate, nearest_images
 from model.evaluation.study import (
-    PICTURED,
     STUDIES,
     Study,
     StudyPlan,
     Variant,
     markdown,
     run_study,
-    study_pictures,
 )
 from model.generator.generator import Generator
-from model.metrics import clearly_seen
 from model.networks.generator_network import LatentCodec
 from model.networks.size import NetworkSize
 from model.samples.sample_rendering import render_store
@@ -162,24 +159,6 @@ def test_the_table_has_the_papers_numbers_beside_ours(studied):
     settings = recipe.removeprefix("Recipe of all: ").removesuffix(".").split(", ")
     assert TrainingOptions().with_settings(settings) == plan.base.options
     assert "eight: l1_weight=50, codes of 8 numbers" in changes
-
-
-def test_pictures_of_a_study_are_of_the_same_samples(studied):
-    plan, _ = studied
-    found = study_pictures(STUDY, plan)
-    assert list(found) == ["ground truth", "nearest neighbour", "two", "eight"]
-    samples = plan.store.read("holdout", range(6))
-    shows = np.flatnonzero(clearly_seen(samples.rgba))[:PICTURED]
-    assert len(shows) > 1
-    np.testing.assert_allclose(found["ground truth"], samples.rgba[shows, ..., :3] / 255)
-    for label, name in (("two", "a"), ("eight", "b")):
-        generator = Generator.load(plan.base.folder / name)
-        inputs = [draw_sample(plan.store.scene, 0, "holdout", int(i)) for i in shows]
-        np.testing.assert_allclose(found[label], generator.render_batch(inputs)[..., :3], atol=0.01)
-    train = plan.store.read("train", range(32)).rgba[..., :3] / 255
-    for truth, nearest in zip(found["ground truth"], found["nearest neighbour"], strict=True):
-        errors = np.square(train - truth).mean(axis=(1, 2, 3))
-        np.testing.assert_allclose(nearest, train[errors.argmin()])
 
 
 @pytest.mark.parametrize("study", STUDIES.values(), ids=list(STUDIES))

@@ -192,22 +192,6 @@ def test_pairs_are_drawn_once_and_alike(tmp_path):
     assert len(list(write_pairs(tmp_path / "a", [volume], 2, seed=3, many=16))) == 1
 
 
-@pytest.mark.slow
-@needs_denoiser
-def test_more_samples_are_nearer_to_what_is_learned(tmp_path):
-    list(write_pairs(tmp_path, [make_volume()], 2, many=64))
-    (pairs,) = read_pairs(tmp_path).values()
-    assert pairs.denoised.shape[1] == pairs.traced.shape[1] == len(FEW)
-
-    def rmse(pictures):
-        return float(np.sqrt(np.mean((pictures.astype(float) - pairs.exact) ** 2)))
-
-    errors = [rmse(pairs.traced[:, place]) for place in range(len(FEW))]
-    assert errors == sorted(errors, reverse=True)
-    assert rmse(pairs.denoised[:, 0]) < errors[0]
-    assert pairs.error.max() < errors[-1]
-
-
 def test_damaged_and_missing_pairs_are_told(tmp_path):
     with pytest.raises(DatasetError, match="light pairs"):
         read_pairs(tmp_path)

@@ -5,7 +5,6 @@ Voxels are 1 + i + 30 j + 600 k along the true x, y and z, so that exchanged and
 
 import gzip
 import json
-from dataclasses import replace
 
 import h5py
 import numpy as np
@@ -29,12 +28,7 @@ from volume_writers import (
 )
 
 from model.errors import VolumeError
-from model.rendering.raycast.renderer import RaycastRenderer
-from model.scene.default_tf import default_transfer_function
-from model.scene.inputs import SceneInputs
-from model.scene.orientation import home_view
 from model.volume_files import Choice, read_volume
-from model.volume_files.checks import times
 from model.volume_files.source import VolumeSource
 
 FLOATS = voxels("float32")
@@ -517,18 +511,3 @@ def test_z_is_stretched_as_is_typed(tmp_path, typed, z, stretch, said):
 def test_a_stretch_that_is_none_is_refused(text):
     with pytest.raises(VolumeError, match="is not a stretch of z"):
         VolumeSource(stretch=text).check()
-
-
-@pytest.mark.parametrize("shape", [(2000, 2, 2), (2, 2000, 2), (2, 2, 2000)])
-@pytest.mark.parametrize("size", [1e-9, 1.0])
-def test_a_column_is_said_and_seen(tmp_path, shape, size):
-    column = np.random.default_rng(0).random(shape, "f4") + 1
-    image = sitk.GetImageFromArray(column)
-    image.SetSpacing([size] * 3)
-    sitk.WriteImage(image, str(tmp_path / "a.mha"))
-    volume = read_volume(tmp_path / "a.mha")
-    assert f"{times(shape[::-1])} voxels is 1000 times" in " ".join(volume.notes)
-    inputs = SceneInputs.of(home_view(volume.proportions), default_transfer_function(volume))
-    for view in (inputs.view, replace(inputs.view, azimuth=300.0)):
-        image = RaycastRenderer(volume).render(replace(inputs, view=view), 64)
-        assert 0.03 < (image[..., 3] > 0.05).mean() < 0.3

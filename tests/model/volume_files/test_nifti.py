@@ -126,22 +126,6 @@ def test_colours_are_components(tmp_path):
         check(read_volume(path, choice=Choice(component=str(component))), array[..., component])
 
 
-@pytest.mark.parametrize("words", ["mirror images", "turn the grid", "place the grid"])
-def test_a_qform_that_disagrees(tmp_path, words):
-    other = AFFINE.copy()
-    if words == "mirror images":
-        other[0, 0] = -0.5
-    elif words == "turn the grid":
-        other[:3, :3] = AFFINE[:3, :3][[1, 2, 0]]
-    else:
-        other[2, 3] = 90
-    image = nib.Nifti1Image(np.ascontiguousarray(ARRAY.T), AFFINE)
-    image.set_sform(AFFINE, 2)
-    image.set_qform(other, 1)
-    nib.save(image, tmp_path / "a.nii")
-    check(read_volume(tmp_path / "a.nii"), ARRAY, words, origin=ORIGIN)
-
-
 FLAT = voxels("int16", (6, 1, 5, 7))
 
 

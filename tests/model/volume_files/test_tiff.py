@@ -39,13 +39,6 @@ def test_channels_have_the_names_of_ome(tmp_path):
     refused(path, "there are DAPI, GFP", choice=Choice(channel="RFP"))
 
 
-def test_a_damaged_ome_header_is_said(tmp_path):
-    path = tmp_path / "a.ome.tif"
-    tifffile.imwrite(path, np.stack([voxels(), voxels()]), ome=True, metadata={"axes": "CZYX"})
-    path.write_bytes(path.read_bytes().replace(b"</OME>", b"</OMX>"))
-    assert "OME header is damaged" in said(read_volume(path))
-
-
 BYTES = voxels("uint8")
 LINE = "ImageJ=1.54\nimages=6\nslices=6\ncf={}\nc0=-10.0\nc1=0.5\nvunit=K\n"
 # The OME header has a unit for each axis.
@@ -111,14 +104,6 @@ def test_a_channel_of_two(file, channel):
         ("channel", (28, 20, 12), channel == "1"),
     ]
     assert "Of 2 channels" in said(volume)
-
-
-def test_arrays_of_four_axes_are_several_volumes():
-    path = CASES / "tiff" / "numpy_4d.tif"
-    for number in range(2):
-        volume = read_volume(path, choice=Choice(series=str(number)))
-        check(volume, whole(path)[number])
-    refused(path, r"no series '2'; there are 0, 1\.", choice=Choice(series="2"))
 
 
 STORAGE = {

@@ -273,15 +273,6 @@ def test_shifted_slices_are_where_they_were_taken(tmp_path):
 # --- TIFF, plain --------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("compressed", [False, True])
-@pytest.mark.parametrize("dtype", ["uint8", "int8", "uint16", "int16", "float32"])
-def test_tiff_by_itk(tmp_path, dtype, compressed):
-    volume = read_volume(write_itk(tmp_path / "a.tif", voxels(dtype), compressed=compressed))
-    # ITK writes the size of pixels, but no distance of slices.
-    said = "The file gives no voxel spacing along z; 0.5 is assumed"
-    check(volume, voxels(dtype), said, spacing=(0.5, 2, 0.5), origin=(0, 0, 0))
-
-
 @pytest.fixture
 def folders(tmp_path):
     write_dicom(tmp_path / "dicom", voxels())

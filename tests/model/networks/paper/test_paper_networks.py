@@ -3,7 +3,7 @@ import torch
 from torch import nn
 
 from model.errors import TfscopeError
-from model.networks.blocks import Modulation, ResidualBlock, parameter_count
+from model.networks.blocks import ResidualBlock, parameter_count
 from model.networks.generator_network import EncodedInputs
 from model.networks.paper import (
     ColorAttention,
@@ -120,23 +120,6 @@ def test_the_image_has_the_whole_gradient_to_the_opacity_tf():
         with torch.no_grad():
             expected = (loss(tf + step) - loss(tf - step)) / (2 * h)
         assert gradient[0, index].item() == pytest.approx(expected.item(), rel=1e-4, abs=1e-9)
-
-
-def test_modulation_scales_and_shifts_by_the_codes():
-    plain, modulated = (
-        TwoStageGenerator(NetworkSize(0.125, 16, 16, modulation=m)) for m in (False, True)
-    )
-    names = modulated.state_dict().keys() - plain.state_dict().keys()
-    assert names
-    assert all("modulations" in name for name in names)
-    last = modulated.translation.modulations[-1]
-    assert isinstance(last, Modulation)
-    x, code = torch.randn(2, last.linear.out_features // 2, 4, 4), torch.randn(2, 3 * 32)
-    with torch.no_grad():
-        last.linear.weight.normal_()
-        scale, shift = (code @ last.linear.weight.T).chunk(2, dim=1)
-        expected = torch.einsum("nchw,nc->nchw", x, 1 + scale) + shift[..., None, None]
-        torch.testing.assert_close(last(x, code), expected)
 
 
 SIZE = NetworkSize(0.125, 32, 64, color_attention=True)
