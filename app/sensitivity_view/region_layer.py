@@ -233,7 +233,8 @@ class RegionLayer(QObject):
 
     def _paint_outline(self, painter: QPainter, polygon: QPolygonF, active: bool) -> None:
         # A dark line beneath, so that it is seen on bright pictures, too.
-        for color, width in ((theme.ON_IMAGE.window, 3.5), (_color(active), 1.5)):
+        ink = theme.ON_IMAGE.change if active else theme.ON_IMAGE.dim
+        for color, width in ((theme.ON_IMAGE.window, 3.5), (ink, 1.5)):
             painter.setPen(QPen(QColor(color), width))
             painter.drawPolygon(polygon)
 
@@ -296,10 +297,6 @@ def name_corners(
 
 def _plate(painter: QPainter, text: str) -> QRectF:
     return QRectF(painter.fontMetrics().boundingRect(text)).adjusted(-5, -2, 5, 2)
-
-
-def _color(active: bool) -> str:
-    return theme.ON_IMAGE.change if active else theme.ON_IMAGE.dim
 
 
 def _is_rectangle(outline: Outline) -> bool:
