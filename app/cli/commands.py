@@ -123,17 +123,15 @@ class Window:
     source: VolumeSource = options.volume("raw")
     tf: Path | None = options.tf()
     session: Path | None = option(
-        None,
         "A session that 'File > Save session' wrote. --volume says where its volume is now.",
         metavar="FILE.tfscope",
     )
     view: View | None = options.view(default=None, show_default=False)
-    lighting: Lighting | None = option(None, "Light of the reference. (default: as last time)")
+    lighting: Lighting | None = option("Light of the reference. (default: as last time)")
     light: LightDirection | None = options.light()
     renderer: Literal["auto", RendererName] | None = option(
-        None,
         "Renderer of the reference image; auto: the ray caster while anything moves and where no "
-        "graphics card draws, else VTK. (default: as last time)",
+        "graphics card draws, else VTK. (default: as last time)"
     )
     crop: CropBox | None = options.crop()
     clip: ClipPlane | None = options.clip()
@@ -145,9 +143,9 @@ class Window:
         metavar="OUT.png",
     )
     size: tuple[int, int] | None = option(
-        None, "Width and height of the window in pixels.", metavar="WxH", parser=values.window_size
+        "Width and height of the window in pixels.", metavar="WxH", parser=values.window_size
     )
-    version: bool = option(False, "Print the version and exit.", callback=_print_version)
+    version: bool = option("Print the version and exit.", default=False, callback=_print_version)
 
     def run(self) -> None:
         """Open the window, unless there is a command; then there must be no options."""

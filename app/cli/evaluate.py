@@ -35,13 +35,13 @@ class Evaluate:
     """Measure a model on hold-out samples, and the nearest training image with it."""
 
     model: Path = options.model(default=options.REQUIRED)
-    count: int = option(2000, "Hold-out samples.", min=1)
+    count: int = option("Hold-out samples.", default=2000, min=1)
     volume: VolumeSource = options.volume("scalar_range", "scale")
     store: Path | None = options.store()
     json: Path | None = options.output(
         "Also write the result.", ".json", default=None, metavar="OUT.json"
     )
-    record: bool = option(False, "Also write the errors into the model's card.")
+    record: bool = option("Also write the errors into the model's card.", default=False)
     device: DeviceChoice = options.device()
     workers: int | None = options.workers()
 

@@ -25,7 +25,7 @@ class Info:
         *("scalar_range", "scale"),
         path=options.argument("A volume or a model.", metavar="FILE_OR_MODEL", check=values.volume),
     )
-    as_json: bool = option(False, "Print it as JSON, for programs.", flag="--json")
+    as_json: bool = option("Print it as JSON, for programs.", default=False, flag="--json")
 
     def run(self) -> None:
         """Print a model's card, or a volume's description, as a table or as JSON."""

@@ -57,13 +57,11 @@ class Latent:
         help="Use this model's codec and images, not tfscope's codec and exact images.",
     )
     grid: tuple[float, float, float, float] | None = option(
-        None,
         "Pictures of this rectangle's 4 x 4 cells.",
         metavar="X0,Y0,X1,Y1",
         parser=values.numbers(4, "--grid"),
     )
     at: tuple[float, float] | None = option(
-        None,
         "The TF interpolated at a place of the map.",
         metavar="X,Y",
         parser=values.numbers(2, "--at"),

@@ -25,14 +25,13 @@ commands = typer.Typer(
 class DrawPairs:
     """Draw pictures of few samples, and of many, for random views, TFs and lights."""
 
-    out: Path = option(options.REQUIRED, "Files that exist are kept.", metavar="FOLDER")
+    out: Path = option("Files that exist are kept.", default=options.REQUIRED, metavar="FOLDER")
     volume: list[Path] | None = option(
-        None,
         "Volume file; may be repeated. (default: the shipped ones)",
         check=lambda path: VolumeSource(path=path).check(),
     )
-    blocks: int = option(8, "Groups of 8 pairs of each volume; about 30 s each.", min=1)
-    samples: int = option(64, "Of what is learned.", min=8, max=4096)
+    blocks: int = option("Groups of 8 pairs of each volume; about 30 s each.", default=8, min=1)
+    samples: int = option("Of what is learned.", default=64, min=8, max=4096)
     seed: int = options.seed()
 
     def run(self) -> None:
@@ -56,12 +55,13 @@ class TrainPathLight:
     """Train the network on pairs; one that was stopped goes on."""
 
     folder: Path = options.argument("Folder of 'light pairs'.", metavar="PAIRS")
-    out: Path = option(options.REQUIRED, "The trained network.", metavar="NETWORK.safetensors")
-    held_out: Path | None = option(None, "Pairs that errors are measured on.", metavar="PAIRS")
-    minutes: float = option(30.0, "Of training.", min=0.01)
-    width: int = option(40, "Channels of the first level.", min=4, max=512)
+    out: Path = option(
+        "The trained network.", default=options.REQUIRED, metavar="NETWORK.safetensors"
+    )
+    held_out: Path | None = option("Pairs that errors are measured on.", metavar="PAIRS")
+    minutes: float = option("Of training.", default=30.0, min=0.01)
+    width: int = option("Channels of the first level.", default=40, min=4, max=512)
     start_from: Path | None = option(
-        None,
         "Begin with this network's weights and size, at a third of the rate.",
         metavar="NETWORK.safetensors",
     )

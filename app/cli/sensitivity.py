@@ -57,18 +57,16 @@ class Sensitivity:
     model: Path | None = options.model()
     source: VolumeSource = options.volume()
     engine: Literal["exact", "learned", "blockwise"] | None = option(
-        None,
         "The ray caster's own derivative, the generator's, or the generator's block by block, as "
-        "in the paper. (default: learned with --model, else exact)",
+        "in the paper. (default: learned with --model, else exact)"
     )
     view: View = options.view()
     tf: Path | None = options.tf()
-    lighting: Lighting | None = option(None, "Light of the ray caster's image.")
+    lighting: Lighting | None = option("Light of the ray caster's image.")
     size: int | None = options.size(
         default=None, help="Pixels of the rendering; a model has its own size."
     )
     region: Region | None = option(
-        None,
         "Where in the TF does this rectangle of pixels react? (default: the whole image)",
         metavar="X0,Y0,X1,Y1",
         parser=Region.parse,
@@ -79,25 +77,22 @@ class Sensitivity:
         help="Whether there are values between voxels. (default: unless the file says that they "
         "are labels)"
     )
-    value: float | None = option(None, "Where in the image does this scalar value show?")
-    block: int | None = option(
-        None, "All blocks of this many pixels, to edits at all values.", min=1
-    )
+    value: float | None = option("Where in the image does this scalar value show?")
+    block: int | None = option("All blocks of this many pixels, to edits at all values.", min=1)
     width: float | None = option(
-        None,
         "Standard deviation of the edits, in the data's units; 0 for single samples of the TF. "
         "(default: 6 of 256 samples)",
         min=0,
     )
     measure: Measure = option(
-        "signed",
         "signed: the change of brightness, as in the paper; change: the size of the change, also "
         "where the picture is black.",
+        default="signed",
     )
     field_scale: Literal["own", "global"] = option(
-        "own",
         "Scale of a value's figure. own: colours by its field; global: by all values' fields, and "
         "opacity by its own, as in the paper.",
+        default="own",
     )
     device: DeviceChoice = options.device()
 
