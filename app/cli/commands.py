@@ -8,6 +8,7 @@ import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib.metadata import version
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
@@ -63,21 +64,17 @@ class DesktopEntry:
 def _content() -> str:
     program = Path(sys.argv[0]).resolve()
     words = [sys.executable, str(program)] if program.suffix == ".py" else [str(program)]
-    return "\n".join(
-        (
-            "[Desktop Entry]",
-            "Type=Application",
-            "Name=tfscope",
-            "GenericName=Volume viewer",
-            "Comment=Look into volumes through transfer functions",
-            f"Exec={' '.join(map(_quoted, words))} %f",
-            f"Icon={ICON}",
-            "Terminal=false",
-            "Categories=Science;MedicalSoftware;DataVisualization;",
-            "MimeType=application/dicom;image/tiff;application/x-hdf5;application/x-netcdf;",
-            "",
-        )
-    )
+    return f"""[Desktop Entry]
+Type=Application
+Name=tfscope
+GenericName=Volume viewer
+Comment=Look into volumes through transfer functions
+Exec={" ".join(map(_quoted, words))} %f
+Icon={ICON}
+Terminal=false
+Categories=Science;MedicalSoftware;DataVisualization;
+MimeType=application/dicom;image/tiff;application/x-hdf5;application/x-netcdf;
+"""
 
 
 def _quoted(word: str) -> str:
@@ -227,7 +224,7 @@ def with_options_for_files(arguments: Sequence[str], application: TyperGroup) ->
             option = options.get(word)
             # The value of an option is no file of its own, even where it begins with "-".
             if option is not None and not getattr(option, "is_flag", False):
-                found += [value for value in (next(words, None),) if value is not None]
+                found += islice(words, 1)
             continue
         if word in application.commands:
             return [*found, word, *words]

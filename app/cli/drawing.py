@@ -208,11 +208,10 @@ def _volume_drawer(asked: Render) -> Drawer:
     nearby = line_distance(volume.proportions)
     if asked.view is None and nearby is not None:
         asked = replace(asked, view=replace(HOME_VIEW, distance=nearby))
-    inputs, raster = asked.inputs(tf, volume), asked.size or Raster(size, size)
     place = volume, lighting, light, step
     drawer = Drawer(
-        inputs=inputs,
-        raster=raster,
+        inputs=asked.inputs(tf, volume),
+        raster=asked.size or Raster(size, size),
         volume=volume,
         volume_name=volume.name,
         lighting=lighting,
@@ -278,11 +277,11 @@ def _path_traced(asked: Render, drawer: Drawer, place: _Place) -> Drawer:
 
     def draw(view: View) -> NDArray[np.float32]:
         begun = time.perf_counter()
-        seen = replace(drawer.inputs, view=view)
+        seen = replace(drawer.inputs, view=view), drawer.raster, samples
         if asked.error is None:
-            last = renderer.drawn(seen, drawer.raster, samples)
+            last = renderer.drawn(*seen)
         else:
-            *_, last = renderer.refined(seen, drawer.raster, samples, error=asked.error)
+            *_, last = renderer.refined(*seen, error=asked.error)
         assert last is not None
         finished[:] = [(last, time.perf_counter() - begun)]
         return last.rgba

@@ -53,8 +53,7 @@ class Latent:
     )
     source: VolumeSource = options.volume()
     model: Path | None = options.model(
-        default=None,
-        help="Use this model's codec and images, not tfscope's codec and exact images.",
+        help="Use this model's codec and images, not tfscope's codec and exact images."
     )
     grid: tuple[float, float, float, float] | None = option(
         "Pictures of this rectangle's 4 x 4 cells.",
@@ -66,9 +65,9 @@ class Latent:
         metavar="X,Y",
         parser=values.numbers(2, "--at"),
     )
-    near: Path | None = options.tf(default=None, help="Find this TF on the map; take its code's.")
+    near: Path | None = options.tf(help="Find this TF on the map; take its code's.")
     view: View = options.view()
-    tf: Path | None = options.tf(default=None, help="Colours to draw in. (default: the volume's)")
+    tf: Path | None = options.tf(help="Colours to draw in. (default: the volume's)")
     size: int = options.size(default=128, help="Pixels; a model has its own size.", max=1024)
 
     def run(self) -> None:

@@ -52,9 +52,8 @@ class Paper:
         "Hold-out samples. (default: 2000 for table1, 200 for pictures, 500 for studies)", min=8
     )
     store: Path | None = options.store(
-        default=None,
         help="Samples of the model's volume, made with 'dataset', for the errors and times of "
-        "table1. (default: each model's own are rendered)",
+        "table1. (default: each model's own are rendered)"
     )
     minutes: float = option("Training of each model of a study.", default=20.0, min=0.01)
     quick: bool = option(

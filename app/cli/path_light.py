@@ -71,30 +71,21 @@ class TrainPathLight:
     def run(self) -> None:
         """Train on pairs, measure on others, and write the network with what is known about it."""
         from app.cli.console import print_table
+        from model.networks import path_light_network as network
         from model.networks.blocks import choose_device
-        from model.networks.path_light_network import (
-            PathLightCard,
-            PathLightSize,
-            load_path_light,
-            save_path_light,
-        )
         from model.samples.path_light_pairs import read_pairs
-        from model.training.path_light_training import (
-            PathLightOptions,
-            PathLightTrainer,
-            described,
-            path_light_errors,
-        )
+        from model.training import path_light_training as course
 
-        training = PathLightOptions(self.minutes, PathLightSize(self.width), seed=self.seed)
+        training = course.PathLightOptions(
+            self.minutes, network.PathLightSize(self.width), seed=self.seed
+        )
         pairs, device = read_pairs(self.folder), choose_device(self.device)
         others = read_pairs(self.held_out) if self.held_out else {}
         start = None
         if self.start_from is not None:
-            known, start = load_path_light(self.start_from)
-            rate = training.learning_rate / 3
-            training = replace(training, size=known.size, learning_rate=rate)
-        trainer = PathLightTrainer(pairs, training, device, start)
+            known, start = network.load_path_light(self.start_from)
+            training = replace(training, size=known.size, learning_rate=training.learning_rate / 3)
+        trainer = course.PathLightTrainer(pairs, training, device, start)
         checkpoint = self.out.with_suffix(".training")
         if checkpoint.exists():
             trainer.resume(checkpoint)
@@ -104,7 +95,7 @@ class TrainPathLight:
         print(f"{count} pairs of {len(pairs)} volumes; {weights:,} weights.")
 
         def report(loss: float) -> None:
-            errors = path_light_errors(trainer.network, others, device)
+            errors = course.path_light_errors(trainer.network, others, device)
             measured = "".join(
                 "; {}: {:.4f} to {:.4f}".format(each.samples, *each.means)
                 for each in errors
@@ -115,10 +106,12 @@ class TrainPathLight:
 
         self.out.parent.mkdir(parents=True, exist_ok=True)
         trainer.run(report, checkpoint)
-        errors = path_light_errors(trainer.network, others, device) if others else []
+        errors = course.path_light_errors(trainer.network, others, device) if others else []
         measured = {str(each.samples): asdict(each) for each in errors}
-        card = PathLightCard(training.size, described(training, trainer, count), measured)
-        save_path_light(self.out, card, trainer.network)
+        card = network.PathLightCard(
+            training.size, course.described(training, trainer, count), measured
+        )
+        network.save_path_light(self.out, card, trainer.network)
         checkpoint.unlink(missing_ok=True)
         if errors:
             heading = ("volume", "samples", "denoised", "finished")

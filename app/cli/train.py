@@ -36,7 +36,6 @@ class Train:
     )
     resume: bool = option("Go on with the run in --out.", default=False)
     start: Path | None = options.model(
-        default=None,
         help="Begin with a trained model's weights; with another --seed it sees other samples.",
         flag="--start-from",
         metavar="MODEL",
