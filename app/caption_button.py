@@ -126,11 +126,16 @@ class CaptionButton(QToolButton):
         painter.drawText(QRectF(left, 0, right - left, height), flags, detail)
 
     def _paint_arrow(self, painter: QPainter, color: QColor, left: int) -> None:
-        top, tip = self.height() / 2 - 2, self.height() / 2 + 2.5
+        middle = self.height() / 2
         painter.setPen(Qt.PenStyle.NoPen)
         painter.setBrush(color)
-        corners = (left, top), (left + ARROW, top), (left + ARROW / 2, tip)
-        painter.drawPolygon([QPointF(x, y) for x, y in corners])
+        painter.drawPolygon(
+            [
+                QPointF(left, middle - 2),
+                QPointF(left + ARROW, middle - 2),
+                QPointF(left + ARROW / 2, middle + 2.5),
+            ]
+        )
 
     def _set(self, title: str, detail: str, tone: Tone) -> None:
         if (title, detail, tone) == (self.title, self.detail, self.tone):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import llvmlite.binding
 import numba
@@ -14,8 +14,6 @@ from numba.core import config
 from numba.core.compiler_lock import global_compiler_lock
 
 from model.kernel_cache import keeps_kernels, kernel_folder
-
-F = TypeVar("F", bound=Callable[..., Any])
 
 OPTIONS: dict[str, Any] = {
     "nogil": True,
@@ -47,7 +45,7 @@ _avoid_gathers()
 _CACHE = _use_cache()
 
 
-def compiled(function: F) -> F:
+def compiled(function: Callable[..., Any]) -> Any:
     """Compile a function for the CPU; it releases the interpreter lock while it runs.
 
     What one process compiles, others that need it meanwhile wait for, and load.
@@ -75,11 +73,11 @@ def _by_one_process(compile_: Callable[[Any], Any], name: str) -> Callable[[Any]
     return compile_alone
 
 
-def inlined(function: F) -> F:
-    """Compile a function that is inlined into its callers, on CPU or GPU."""
+def inlined(function: Callable[..., Any]) -> Any:
+    """Compile a function that is inlined into its callers."""
     return numba.njit(function, forceinline=True, **OPTIONS)
 
 
-def called(function: F) -> F:
+def called(function: Callable[..., Any]) -> Any:
     """Compile a function that stays one in its callers: rarely used, and long where inlined."""
     return numba.njit(function, inline="never", **OPTIONS)

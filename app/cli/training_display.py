@@ -7,10 +7,17 @@ import sys
 
 from rich.console import Group
 from rich.live import Live
-from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn
+from rich.progress import (
+    BarColumn,
+    Progress,
+    TaskProgressColumn,
+    TextColumn,
+    TimeElapsedColumn,
+    TimeRemainingColumn,
+)
 from rich.text import Text
 
-from app.cli.console import LEFT_COLUMNS, console
+from app.cli.console import console
 from model.networks.card import recorded_errors
 from model.training import parallel
 from model.training.options import TrainingJob
@@ -53,7 +60,9 @@ class TrainingDisplay:
             BarColumn(bar_width=20),
             TaskProgressColumn(),
             TextColumn("{task.fields[speed]}"),
-            *LEFT_COLUMNS,
+            TimeElapsedColumn(),
+            TimeRemainingColumn(),
+            TextColumn("left"),
         )
         self._losses = Text()
         self._live = Live(Group(self._progress, self._losses), console=console)

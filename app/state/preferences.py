@@ -90,7 +90,10 @@ class KeptFile(Generic[T]):
         return file
 
     def unwritten(self) -> Callable[[], None] | None:
-        """Return what writes all that is not written yet, from any thread; None if all is."""
+        """Return a function that writes what is not written yet, from any thread; None if all is.
+
+        It raises :class:`KeptFileError` where the file cannot be written.
+        """
         self._forget_written()
         if self._path is None or not self._changes:
             return None
@@ -236,7 +239,10 @@ class Preferences(QObject):
         return file.values, file.problem
 
     def refresh(self, fingerprint: str) -> str:
-        """Take in what other windows have written; return what is wrong with a volume's file."""
+        """Take in what other windows have written of a volume, and their settings.
+
+        Return a sentence for the user if the volume's file could not be read; mostly empty.
+        """
         file = self._volume(fingerprint)
         problem = file.problem
         self._settings.refresh()

@@ -52,7 +52,10 @@ class ReferenceChoices(ImageSettings):
         )
 
     def light_range(self, scene: Scene | None, settings: ReferenceSettings) -> LightRange | None:
-        """Return where the user may move the light; None without one, or where a model fixes it."""
+        """Return the range in which the user may move the light; None without or for a fixed one.
+
+        A model that was trained under the same light decides.
+        """
         if settings.lighting == "none":
             return None
         if scene is not None and scene.lighting == settings.lighting:

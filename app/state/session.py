@@ -37,13 +37,17 @@ class SessionContent:
 
 @dataclass(frozen=True)
 class Session:
-    """All that a window shows."""
+    """All that a window shows.
+
+    The fingerprint is the checksum of the volume's voxels; `wrong` has the names of what was wrong
+    in the session's file, and was left out.
+    """
 
     volume: Path
-    fingerprint: str  # of the volume
+    fingerprint: str
     content: SessionContent = field(default_factory=SessionContent)
     model: Path | None = None
-    wrong: tuple[str, ...] = ()  # names of what in the file was wrong, and is left out
+    wrong: tuple[str, ...] = ()
 
     def save(self, path: Path) -> None:
         """Write the file, whole or not at all; raise :class:`SessionError` if that fails.

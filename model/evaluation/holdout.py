@@ -39,15 +39,11 @@ LARGER_IS_BETTER = ("ssim",)  # measures for which larger values are better
 
 @dataclass(frozen=True)
 class Evaluation:
-    """Errors of each hold-out sample by measure, arrays of shape (N,).
+    """Errors of each hold-out sample by measure (N,), see :func:`image_errors`."""
 
-    Measures are ``rmse``, ``emd``, ``ssim``, ``flip``, ``masked_rmse`` and, of the generator,
-    ``opacity_rmse``. `neighbors` is the number of training images that were searched.
-    """
-
-    generator: dict[str, NDArray[np.float64]]
+    generator: dict[str, NDArray[np.float64]]  # with "opacity_rmse"
     nearest_neighbor: dict[str, NDArray[np.float64]]
-    neighbors: int
+    neighbors: int  # training images that were searched
 
     @property
     def count(self) -> int:
@@ -96,8 +92,7 @@ def _summaries(errors: dict[str, NDArray[np.float64]]) -> dict[str, Any]:
 
 def _generator_rows(generator: Generator, samples: SampleBatch) -> Iterator[dict[str, float]]:
     for i, (image, opacity, true_opacity) in enumerate(_render(generator, samples)):
-        truth = samples.rgba[i] / 255
-        errors = image_errors(image, truth)
+        errors = image_errors(image, samples.rgba[i] / 255)
         yield errors | {"opacity_rmse": metrics.rmse(opacity, true_opacity)}
 
 
@@ -202,9 +197,8 @@ def run_evaluation(
 ) -> dict[str, Any]:
     """Measure a model; call `on_note` with a sentence when its sensitivities are left out.
 
-    The result is that of :meth:`Evaluation.to_json`, with "kinds" (number of samples and RMSE by
-    kind of the opacity TF), and "sensitivity_agreement" where the volume is at hand and its light
-    has exact derivatives.
+    The result is that of :meth:`Evaluation.to_json`, with "kinds" of opacity TFs, and with
+    "sensitivity_agreement" where the volume is at hand and its light has exact derivatives.
     """
     # By the backend that the window draws with: its images are what users see.
     generator = Generator.load(job.model, job.device, fastest=True)
@@ -234,8 +228,8 @@ def _store(job: EvaluationJob, generator: Generator, path: Path) -> SampleStore:
     store.require_holdout(job.count)
     if store.scene != generator.scene:
         raise DatasetError(
-            f"{path}: the data set and the model {job.model} differ in volume, size, light or "
-            "kinds of TFs; give a data set that fits, or none."
+            f"{path}: the data set has another scene than the model {job.model}; "
+            "give one of its volume, size, light and kinds of TFs, or none."
         )
     return store
 
@@ -270,9 +264,8 @@ def _measure(
         generator, store, job.count, lambda done: on_progress("measuring", done, job.count)
     )
     errors = evaluation.generator["rmse"]
-    kinds = np.array(
-        [sample_kind(store.scene, store.seed, "holdout", index) for index in range(len(errors))]
-    )
+    scene, seed = store.scene, store.seed
+    kinds = np.array([sample_kind(scene, seed, "holdout", i) for i in range(len(errors))])
     return {
         **evaluation.to_json(),
         "kinds": {

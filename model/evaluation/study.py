@@ -33,6 +33,7 @@ from model.training.plan import TrainingPlan, TrainingReport
 from model.training.state import STATE_FILE, load_progress
 from model.training.trainer import train
 
+OnReport = Callable[[TrainingReport], None]
 MEASURES = ("rmse", "emd", "ssim", "opacity_rmse")
 OUTCOME_FILE = "outcome.json"  # budget and recipe of a variant, and how it collapsed
 
@@ -143,7 +144,7 @@ def run_study(
     study: Study,
     plan: StudyPlan,
     on_variant: Callable[[Variant], None] = lambda variant: None,
-    on_report: Callable[[TrainingReport], None] = lambda report: None,
+    on_report: OnReport = lambda report: None,
 ) -> dict[str, Any]:
     """Train and measure all variants that are not finished yet; return the results as plain data.
 
@@ -173,10 +174,7 @@ def run_study(
 
 
 def _row(
-    plan: StudyPlan,
-    variant: Variant,
-    samples: SampleBatch,
-    on_report: Callable[[TrainingReport], None],
+    plan: StudyPlan, variant: Variant, samples: SampleBatch, on_report: OnReport
 ) -> dict[str, Any]:
     """Return a variant's result from disk, or train and measure it."""
     training = plan.training(variant)
@@ -196,7 +194,7 @@ def _row(
     return row
 
 
-def _trained(training: TrainingPlan, on_report: Callable[[TrainingReport], None]) -> dict[str, Any]:
+def _trained(training: TrainingPlan, on_report: OnReport) -> dict[str, Any]:
     """Train unless finished; the result has an error message "collapsed" if training collapsed."""
     path = training.folder / OUTCOME_FILE
     outcome: dict[str, Any] = {"budget": asdict(training.budget), "recipe": training.recipe()}

@@ -21,11 +21,7 @@ from model.measurements import keep, kept
 from model.networks.blocks import choose_device, place
 from model.networks.card import ModelCard
 from model.networks.checkpoint import load_model
-from model.networks.generator_network import (
-    EncodedInputs,
-    GeneratorNetwork,
-    decode_unit,
-)
+from model.networks.generator_network import EncodedInputs, GeneratorNetwork, decode_unit
 from model.scene.inputs import SceneInputs, condition_numbers
 from model.scene.region import Mask
 from model.scene.scene import Scene
@@ -41,9 +37,7 @@ TIMED_IMAGES = 4
 class Generator:
     """Generates images of the scene that its model was trained on; not thread-safe.
 
-    Images are float32 RGBA like the reference renderer's: colour premultiplied on black, row 0 at
-    the top, values in [0, 1]. The opacity channel is the opacity image, enlarged to the size of the
-    colour image.
+    Images are float32 RGBA like the reference renderer's, with the opacity image enlarged.
     """
 
     def __init__(
@@ -64,9 +58,7 @@ class Generator:
         """Load a model folder on "auto", "cpu" or "cuda".
 
         With `fastest`, the fastest backend on this machine draws, which is measured when a network
-        of this size is first loaded, and then cached; else torch does. Raises
-        :class:`CheckpointError` for a folder without a valid model, :class:`DeviceError` for an
-        unavailable device.
+        of this size is first loaded, and then cached; else torch does.
         """
         chosen = choose_device(device)
         card, network = load_model(folder)
@@ -145,18 +137,13 @@ class Generator:
     ) -> NDArray[np.float32]:
         """Generate an image from a latent code (latent_dim,), or N from (N, latent_dim).
 
-        All else is taken from the inputs, whose opacity TF is not used. Raises :class:`LatentError`
-        for codes that are not finite, or of another length than the generator's.
+        All but the opacity TF is taken from the inputs. Raises :class:`LatentError` for codes that
+        are not finite, or of another length than the generator's.
         """
         codes = self._codes(latent)
         conditions, _, color_tf = self.encoded([inputs])
-        count = len(codes)
-        images = self._render(
-            self.network.latent_features(
-                conditions.expand(count, -1), codes, color_tf.expand(count, -1, -1)
-            )
-        )
-        images = panned(images, inputs.view)
+        same = conditions.expand(len(codes), -1), codes, color_tf.expand(len(codes), -1, -1)
+        images = panned(self._render(self.network.latent_features(*same)), inputs.view)
         return images if np.ndim(latent) == 2 else images[0]
 
     def _codes(self, latent: NDArray[np.float32]) -> Tensor:

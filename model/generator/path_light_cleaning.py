@@ -42,8 +42,7 @@ def cleaning_of(
     """Return what cleans path-traced pictures of a volume best here, and what releases it.
 
     The first is None where nothing is to clean, and where there is no denoiser. Without the
-    network's file, or with a damaged one, the denoiser cleans alone. The light is that of inputs
-    without one.
+    network's file, or with a damaged one, the denoiser cleans alone.
     """
     if not (cleans and denoising.available()):
         return None, lambda: None

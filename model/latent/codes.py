@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
+import hashlib
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Literal, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from model.errors import LatentError
+from model.errors import CheckpointError, LatentError, os_errors_as
+from model.json_files import read_json
+from model.volume_files.shipped import RESOURCES
 
 if TYPE_CHECKING:
     from model.networks.generator_network import LatentCodec
-import hashlib
-from pathlib import Path
-
-from model.errors import CheckpointError, os_errors_as
-from model.json_files import read_json
-from model.volume_files.shipped import RESOURCES
 
 SAMPLES = 10_000  # number of codes on a map, as in the paper (section 5.2)
 ROBUST_SHARE = 0.005  # share of encoded TFs beyond either side of the box that codes are drawn from
@@ -55,7 +53,7 @@ class NetworkCodec(TFCodec):
             return self.network.encode(encode_unit(opacities)).float().numpy()
 
     def decode(self, codes: NDArray[np.floating]) -> Opacities:
-        """Decode codes (n, d) as opacity TFs (n, 256) in [0, 1]."""
+        """See :class:`TFCodec`."""
         import torch
 
         from model.networks.generator_network import decode_unit
@@ -67,15 +65,11 @@ class NetworkCodec(TFCodec):
 
 @dataclass(frozen=True, eq=False)
 class CodeSamples:
-    """Codes (n, d) spread over all that the decoder can make, and the TFs (n, 256) of them.
-
-    The singular values (d,) of the centred codes, divided by the square root of n, are the standard
-    deviations along their principal axes.
-    """
+    """Codes (n, d) spread over all that the decoder can make, and the TFs (n, 256) of them."""
 
     codes: Codes
     tfs: Opacities
-    singular_values: NDArray[np.float32]
+    singular_values: NDArray[np.float32]  # (d,): standard deviations along principal axes
 
     @property
     def effective_dimension(self) -> float:
@@ -132,10 +126,7 @@ SHIPPED_CODEC = RESOURCES / "codec"
 LEAK = np.float32(0.2)  # slope of the layers' activation below 0
 
 SMOOTHING = np.array([1, 8, 28, 56, 70, 56, 28, 8, 1], np.float32) / 256
-"""Binomial weights that smooth decoded TFs, so that they do not waver from bin to bin.
-
-Before the sigmoid, where a steep edge only takes larger numbers.
-"""
+"""Weights that smooth decoded TFs, before the sigmoid: a steep edge only takes larger numbers."""
 
 LARGEST_CODE = 0.9999  # of a code's numbers: 3.9 standard deviations of the normal distribution
 
@@ -165,10 +156,9 @@ class BrowserCodec(TFCodec):
             kernel, bias = self._layer(f"encoder.0.{number}")
             if number < 10:
                 x = np.pad(x, ((0, 0), (0, 0), (2, 2)))
-            windows = np.lib.stride_tricks.sliding_window_view(x, kernel.shape[2], axis=2)[
-                :, :, ::2
-            ]
-            x = _leaky(np.einsum("nclk,ock->nol", windows, kernel, optimize=True) + bias[:, None])
+            windows = np.lib.stride_tricks.sliding_window_view(x, kernel.shape[2], axis=2)
+            x = np.einsum("nclk,ock->nol", windows[:, :, ::2], kernel, optimize=True)
+            x = _leaky(x + bias[:, None])
         weight, bias = self._layer("encoder.1")
         # Of the distribution only the means are needed, not the variances.
         means = (x[:, :, 0] @ weight.T + bias)[:, : len(bias) // 2]

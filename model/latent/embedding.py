@@ -27,10 +27,7 @@ Progress = Callable[[float], None]  # called with the fraction that is done
 
 
 class EmbeddingProcess:
-    """t-SNE of codes (n, d) in a process of its own, so that it can be cancelled, or crash.
-
-    Raises :class:`LatentError` for codes that have no map, see :func:`standardized`.
-    """
+    """t-SNE of codes (n, d) in a process of its own, so that it can be cancelled, or crash."""
 
     def __init__(self, codes: Codes) -> None:
         self._scaled = standardized(codes)
@@ -38,20 +35,14 @@ class EmbeddingProcess:
         self._cancelled = False
 
     def run(self, progress: Progress = lambda done: None) -> Places | None:
-        """Compute the map (n, 2) and wait for it; return None if another thread cancels it.
-
-        Raises :class:`LatentError` when the process ends without a map.
-        """
+        """Compute the map (n, 2) and wait for it; return None if another thread cancels it."""
         if (clause := missing("maps")) is not None:
             raise LatentError(f"The principal components are shown, as for a map {clause}")
         with TemporaryDirectory(prefix="tfscope-map-") as folder:
             source, target = Path(folder) / "codes.npy", Path(folder) / "places.npy"
             np.save(source, self._scaled)
-            command = [
-                sys.executable, "-u", "-m", "model.latent.embedding",
-                str(source), str(target),
-            ]  # fmt: skip
-            root = Path(__file__).parents[2]
+            run = ("-u", "-m", "model.latent.embedding", str(source), str(target))
+            command, root = [sys.executable, *run], Path(__file__).parents[2]
             errors = Path(folder) / "errors.txt"
             with errors.open("w") as file:
                 self._process = subprocess.Popen(

@@ -20,15 +20,11 @@ Brush = tuple[float, float, float, float]  # a rectangle: left, lower, right and
 
 @dataclass(frozen=True, eq=False)
 class Cells:
-    """Samples of a brushed rectangle, averaged in 4 x 4 cells; row 0 is at the top.
+    """Samples of a brushed rectangle, averaged in 4 x 4 cells; row 0 is at the top."""
 
-    Mean codes (4, 4, d) and mean places (4, 4, 2), which are NaN in empty cells, and the number (4,
-    4) of samples.
-    """
-
-    codes: Codes
-    places: Places
-    count: NDArray[np.int64]
+    codes: Codes  # means (4, 4, d), NaN in empty cells
+    places: Places  # means (4, 4, 2), NaN in empty cells
+    count: NDArray[np.int64]  # samples of each cell (4, 4)
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,17 +71,9 @@ def blended_code(codes: Codes, places: Places, place: tuple[float, float], radiu
     return Blend(code.astype(np.float32), len(inside))
 
 
-def disc_radius(places: Places) -> float:
-    """Radius of the disc that is interpolated over: 5 % of the map's diagonal."""
-    diagonal = np.linalg.norm(np.ptp(places.astype(np.float64), axis=0))
-    return RADIUS_SHARE * float(diagonal)
-
-
 def _means(values: NDArray[np.float32], cell: NDArray[np.int64], count: NDArray[np.int64]) -> Codes:
     """Mean of values (m, k) in each cell; NaN in empty ones."""
-    sums = np.stack(
-        [np.bincount(cell, weights=column, minlength=CELLS**2) for column in values.T], axis=1
-    )
+    sums = np.stack([np.bincount(cell, column, CELLS**2) for column in values.T], axis=1)
     with np.errstate(invalid="ignore"):
         return np.asarray(sums / count[:, None], dtype=np.float32)
 
@@ -139,8 +127,10 @@ class LatentMap:
 
     @cached_property
     def radius(self) -> float:
-        """Radius of the disc that is interpolated over."""
-        return disc_radius(self.places) if self.whole is None else self.whole
+        """Radius of the disc that is interpolated over: 5 % of the map's diagonal."""
+        if self.whole is not None:
+            return self.whole
+        return RADIUS_SHARE * float(np.linalg.norm(np.ptp(self.places.astype(np.float64), axis=0)))
 
     @cached_property
     def _deviations(self) -> NDArray[np.float32]:

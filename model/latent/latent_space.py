@@ -8,7 +8,7 @@ import json
 import zipfile
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -87,17 +87,13 @@ UNIT_SCENE = Scene("any volume", "", (0.0, 1.0), (0.0, 1.0), image_size=16)
 
 @dataclass(frozen=True, eq=False)
 class LatentSpace:
-    """A codec of one volume's opacity TFs.
-
-    The scene determines its random TFs, the digest is the SHA-256 of its weights, and its map may
-    be in any of the folders; the last one is written to.
-    """
+    """A codec of one volume's opacity TFs."""
 
     codec: TFCodec
     frame: TFFrame
-    scene: Scene
-    digest: str
-    folders: tuple[Path, ...]
+    scene: Scene  # determines its random TFs
+    digest: str  # SHA-256 of its weights
+    folders: tuple[Path, ...]  # any of which may have its map; the last one is written to
 
     @classmethod
     def shipped(
@@ -133,10 +129,7 @@ class LatentSpace:
         return self.codec.encode(self.frame.opacities(opacity_tf)[None])[0]
 
     def open_map(self, count: int = SAMPLES) -> LatentMap:
-        """Return the stored map; without one, new samples along their principal axes.
-
-        Raises :class:`LatentError` when the codec cannot be mapped, see :func:`sample_codes`.
-        """
+        """Return the stored map; without one, new samples along their principal axes."""
         key = map_key(self.digest, count, SAMPLING_SEED)
         numbers = self.codec.encode(np.zeros((1, TF_SAMPLES), np.float32)).shape[1]
         for folder in self.folders:
@@ -181,14 +174,9 @@ def save_map(path: Path, key: str, codes: Codes, places: Places) -> None:
     import sklearn
 
     versions = json.dumps({"scikit-learn": sklearn.__version__, "numpy": np.__version__})
-    content = io.BytesIO()
-    np.savez_compressed(
-        content,
-        key=np.array(key),
-        versions=np.array(versions),
-        codes=codes.astype(np.float16),
-        places=places.astype(np.float16),
-    )
+    content, half = io.BytesIO(), np.float16
+    about: Any = {"key": np.array(key), "versions": np.array(versions)}
+    np.savez_compressed(content, **about, codes=codes.astype(half), places=places.astype(half))
     remedy = "it will be computed again next time"
     with os_errors_as(LatentError, f"{path}: the map cannot be written", remedy):
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -205,7 +193,7 @@ def load_map(path: Path, key: str) -> tuple[Codes, Places]:
             codes = stored["codes"].astype(np.float32)
             places = stored["places"].astype(np.float32)
     except (ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
-        raise LatentError(f"{path}: the file is not a map, or is damaged ({error}).") from error
+        raise LatentError(f"{path}: the file is no map, or damaged ({error}).") from error
     if found != key:
         raise LatentError(f"{path}: the map belongs to another codec.")
     fits = codes.ndim == 2 and places.shape == (len(codes), 2) and len(codes) > 0
@@ -224,11 +212,9 @@ def draw_codes(
     inputs: SceneInputs,
     of: PictureOf = "code",
 ) -> Images:
-    """Draw pictures (n, S, S, 4) of latent codes (n, d), in one pass.
+    """Draw pictures (n, S, S, 4) of latent codes (n, d) in one pass, but for it by the inputs.
 
-    View, light and colours are those of the inputs, whose opacity TF is not used. For pictures of
-    codes the space is the generator's own. Raises :class:`LatentError` for codes that are not
-    finite or not of the generator.
+    For pictures of codes themselves the space is the generator's own.
     """
     codes = checked_codes(codes)
     if of == "tf":
@@ -240,11 +226,7 @@ def draw_codes(
 def draw_cells(
     generator: Generator, space: LatentSpace, cells: Cells, inputs: SceneInputs
 ) -> Images:
-    """Draw the pictures (4, 4, S, S, 4) of a brushed rectangle's cells.
-
-    They are NaN in cells without samples. Raises :class:`LatentError` as :func:`draw_codes` does,
-    and when no cell has samples.
-    """
+    """Draw the pictures (4, 4, S, S, 4) of a brushed rectangle's cells, NaN in empty ones."""
     filled = cells.count > 0
     drawn = draw_codes(generator, space, cells.codes[filled], inputs)
     images = np.full((*filled.shape, *drawn.shape[1:]), np.nan, dtype=np.float32)

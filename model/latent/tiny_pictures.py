@@ -9,7 +9,6 @@ from __future__ import annotations
 import os
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -69,19 +68,13 @@ _PART = 500  # TFs that a thread draws at a time
 class Overview:
     """Tiny pictures of n TFs in one view."""
 
-    opacity: NDArray[np.float32]
-    """Mean opacity of the image, in [0, 1]. Shape (n,)."""
-    is_empty: NDArray[np.bool_]
-    is_faint: NDArray[np.bool_]
-    is_solid: NDArray[np.bool_]
-    """Whether no pixel shows anything; whether even exposure does not make much of it bright;
-    whether nearly all of the volume's pixels are opaque. Shape (n,)."""
-    shares: NDArray[np.float32]
-    """Share of each scalar value's bin in what is seen, 0 for empty images. Shape (n, 256)."""
-    dominant: NDArray[np.int64]
-    """Bin that most is seen of, with its neighbours. Shape (n,)."""
-    pictures: NDArray[np.uint8]
-    """The tiny pictures, exposed. Shape (n, pixels, 3)."""
+    opacity: NDArray[np.float32]  # mean of the image (n,), in [0, 1]
+    is_empty: NDArray[np.bool_]  # (n,): whether no pixel shows anything
+    is_faint: NDArray[np.bool_]  # (n,): whether even exposure does not make much of it bright
+    is_solid: NDArray[np.bool_]  # (n,): whether nearly all of the volume's pixels are opaque
+    shares: NDArray[np.float32]  # of each bin in what is seen (n, 256), 0 for empty images
+    dominant: NDArray[np.int64]  # bin (n,) that most is seen of, with its neighbours
+    pictures: NDArray[np.uint8]  # the tiny pictures (n, pixels, 3), exposed
 
     @property
     def shows_something(self) -> NDArray[np.bool_]:
@@ -102,11 +95,10 @@ class Overview:
         return np.asarray(self.shares[:, inside].sum(axis=1) >= SHOWN_SHARE)
 
     def most_different(self, wanted: NDArray[np.bool_]) -> NDArray[np.int64]:
-        """Return which TFs show the most different things, typical ones of their kind.
+        """Return which of the wanted TFs (n,) show the most different things, typical of a kind.
 
-        Of those wanted (n,), empty ones are left out, and faint ones and solid blocks where others
-        suffice. They are :data:`DIFFERING` or fewer, row by row of a square on which like pictures
-        are near each other.
+        Empty ones are left out, and faint ones and solid blocks where others suffice. They are
+        :data:`DIFFERING` or fewer, row by row of a square on which like pictures are near.
         """
         found = np.flatnonzero(wanted & self.shows_something & ~self.is_faint)
         if len(found) < DIFFERING:
@@ -129,10 +121,7 @@ def overview_of(
     size: int = OVERVIEW_SIZE,
     distance: float | None = None,
 ) -> Overview:
-    """Return what opacity TFs (n, 256) show in the view, crop box and colours of some inputs.
-
-    Samples are by default a voxel apart, or more in a large volume.
-    """
+    """Return what opacity TFs (n, 256) show in the view, crop box and colours of some inputs."""
     from scipy.ndimage import gaussian_filter1d
 
     if distance is None:
@@ -170,10 +159,7 @@ def overview_of(
 
 
 def exposures(pictures: NDArray[np.floating], usual: float) -> NDArray[np.float32]:
-    """Brightness (n,) at which faint pictures (n, pixels, 3) show as much as others.
-
-    `usual` is that of those that are bright enough, see :mod:`model.rendering.brightness`.
-    """
+    """Brightness (n,) at which faint pictures (n, pixels, 3) show as much as bright enough ones."""
     largest = np.maximum(np.maximum(pictures[..., 0], pictures[..., 1]), pictures[..., 2])
     content = (largest > NOTHING / usual).sum(axis=1)
     last = largest.shape[1] - 1
@@ -186,16 +172,7 @@ def exposures(pictures: NDArray[np.floating], usual: float) -> NDArray[np.float3
 
 
 @compiled
-def _draw(
-    first: Any,
-    bins: Any,
-    light: Any,
-    alphas: Any,
-    colors: Any,
-    pictures: Any,
-    opacity: Any,
-    shares: Any,
-) -> None:
+def _draw(first, bins, light, alphas, colors, pictures, opacity, shares):
     """Draw TFs by the opacities of a step; what is behind almost opaque samples is left out."""
     for tf in range(len(alphas)):
         for ray in range(len(first) - 1):
@@ -218,11 +195,7 @@ def _draw(
 def _samples(
     volume: Volume, inputs: SceneInputs, size: int, distance: float
 ) -> tuple[NDArray[np.int64], NDArray[np.uint8], NDArray[np.float32]]:
-    """Return what the rays of a view meet in what is shown, whatever the TF.
-
-    That is the first sample of each ray, row by row from the top, and the number of samples; then
-    each sample's bin of the scalar range, and the light that it reflects to the eye.
-    """
+    """Return the first sample of each ray and the number of all, and samples' bins and light."""
     from scipy.ndimage import map_coordinates
 
     middles = (2 * np.arange(size) + 1) / size - 1

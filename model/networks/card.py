@@ -116,11 +116,7 @@ LONGEST_NAME = 100  # of a weights' file; other names are cut off, and so not fo
 
 
 def read_weights(folder: Path, header: dict[str, Any]) -> bytes:
-    """Read a model's weights as they are in the file that its header names.
-
-    Raises :class:`CheckpointError` if the file is missing, cannot be read, or is not the one that
-    the header was written for.
-    """
+    """Read the weights' file that a header names; `CheckpointError` unless it is the right one."""
     path = folder / str(header.get("weights", ""))[:LONGEST_NAME]
     if path.parent != folder or not path.is_file():
         raise CheckpointError(f"{folder}: the weights '{path.name}' are missing; copy them too.")
@@ -149,10 +145,7 @@ KIND_NAMES = {
 
 
 def errors_by_kind(metrics: dict[str, Any]) -> dict[str, float]:
-    """Mean RMSE of a model's colour images (0..1) for each kind of opacity TF, largest first.
-
-    They are named as in :data:`KIND_NAMES`; empty where the card's metrics have none.
-    """
+    """Mean RMSE of a model's colour images (0..1) by kind of opacity TF, largest first, if any."""
     kinds = metrics.get("kinds")
     found = {}
     for kind, name in KIND_NAMES.items():

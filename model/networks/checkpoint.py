@@ -49,8 +49,7 @@ def save_model(folder: Path, card: ModelCard, network: GeneratorNetwork) -> None
 def load_model(folder: Path) -> tuple[ModelCard, GeneratorNetwork]:
     """Read a model folder; the network is in evaluation mode, in float32, on the CPU.
 
-    Raises :class:`CheckpointError` if the folder holds no model, or its weights are missing,
-    truncated, altered, not finite or inconsistent with its card.
+    Raises :class:`CheckpointError` for missing or wrong weights, or without a model.
     """
     header = read_header(folder)
     card = card_of(folder, header)
@@ -64,10 +63,7 @@ def load_model(folder: Path) -> tuple[ModelCard, GeneratorNetwork]:
 
 
 class _NoNumbers(TorchFunctionMode):
-    """Leaves out what gives weights their first numbers.
-
-    On a device without memory, torch imports its compiler for it, which takes a second.
-    """
+    """Leaves out weights' first numbers: torch would import its compiler for them, for a second."""
 
     def __torch_function__(self, func: Any, _types: Any, args: Any = (), kwargs: Any = None) -> Any:
         kwargs = kwargs or {}

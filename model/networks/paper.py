@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from itertools import pairwise
-from typing import NamedTuple
 
 import torch
 from torch import Tensor, nn
@@ -28,14 +27,6 @@ from model.scene.inputs import condition_numbers
 from model.scene.scene import Scene
 from model.scene.transfer_function import TF_SAMPLES
 from model.scene.view import VIEW_PARAMETERS
-
-
-class OpacityOutput(NamedTuple):
-    """Output of the opacity generator; image and decoded TF lie in [-1, 1]."""
-
-    image: Tensor
-    decoded_tf: Tensor
-    latent: Tensor
 
 
 class OpacityGenerator(LatentCodec):
@@ -62,11 +53,10 @@ class OpacityGenerator(LatentCodec):
         self.modulations = nn.ModuleList(Modulation(c(512), n) for n in modulated)
         initialize(self)
 
-    def forward(self, inputs: EncodedInputs) -> OpacityOutput:
-        """Generate opacity images; of the conditions, only the view parameters are used."""
+    def forward(self, inputs: EncodedInputs) -> tuple[Tensor, Tensor]:
+        """Generate opacity images from views, the first of the conditions, and decoded TFs."""
         latent = self.encode(inputs.opacity_tf)
-        image = self.decode_image(self.encode_view(inputs.conditions), latent)
-        return OpacityOutput(image, self.decode(latent), latent)
+        return self.decode_image(self.encode_view(inputs.conditions), latent), self.decode(latent)
 
     def encode_view(self, conditions: Tensor) -> Tensor:
         """Codes (N, channels) of the view parameters, the first of the conditions (N, C)."""

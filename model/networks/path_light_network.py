@@ -24,8 +24,7 @@ from model.networks.checkpoint import half_precision, network_with
 
 COLORS = ("unlit", "soft", "denoised", "traced")
 """Inputs with three channels each, linear RGB times opacity: without light, in soft light, and the
-path-traced picture, denoised and as it was traced. Their channels are alike: see
-:func:`permuted`."""
+path-traced picture, denoised and as it was traced. Their channels are alike."""
 
 CHANNELS = 3 * len(COLORS) + 2  # of the input: `COLORS`, opacity, and 1 / sqrt(samples)
 BRIGHTEST = 2.0  # radiance of single samples from which on more makes no difference
@@ -87,10 +86,9 @@ class PathLightNetwork(nn.Module):
 
 
 def network_inputs(colors: dict[str, Tensor], opacity: Tensor, samples: int) -> Tensor:
-    """Return the network's input (N, CHANNELS, h, w).
+    """Return the network's input (N, CHANNELS, h, w) for pictures of so many samples of a pixel.
 
-    The colours (N, 3, h, w) are those of :data:`COLORS` by name, the opacity is (N, 1, h, w), and
-    `samples` are those of each pixel of the path-traced picture.
+    The colours (N, 3, h, w) are those of :data:`COLORS` by name, the opacity is (N, 1, h, w).
     """
     found = [colors[name] for name in COLORS]
     found[-1] = found[-1].clamp(max=BRIGHTEST)
@@ -140,10 +138,7 @@ def save_path_light(path: Path, card: PathLightCard, network: PathLightNetwork) 
 
 
 def load_path_light(path: Path) -> tuple[PathLightCard, PathLightNetwork]:
-    """Read a network; it is in evaluation mode, in float32, on the CPU.
-
-    Raises :class:`CheckpointError` if the file is missing, damaged, or of another network.
-    """
+    """Read a network, in evaluation mode, in float32, on the CPU; or raise `CheckpointError`."""
     what = f"{path}: the network cannot be read"
     try:
         with os_errors_as(CheckpointError, what), safetensors.safe_open(path, "pt") as file:

@@ -12,10 +12,8 @@ class NetworkSize:
     """Size of the paper's networks, and what is added; checked by :class:`TfscopeError`."""
 
     width: float = 1.0  # number of channels as a fraction of the paper's, above 0 and up to 4
-    opacity_size: int = 64
-    image_size: int = 256
-    """Width and height of the opacity and of the colour image: powers of two from 16, the second
-    not below the first."""
+    opacity_size: int = 64  # width and height of the opacity image, a power of two from 16
+    image_size: int = 256  # of the colour image, not below that of the opacity image
     latent_dim: int = 8  # length of the latent code of an opacity TF
     modulation: bool = False
     opacity_modulation: bool = False
@@ -23,9 +21,7 @@ class NetworkSize:
     decoder, and of the opacity generator, at every resolution. The paper's network has only the
     tiled codes; small networks then learn colours very slowly."""
     deep_codec: bool = False  # two hidden layers of the latent decoder instead of the paper's one
-    color_attention: bool = False
-    """Whether pixels look their colours up in the colour TF (:mod:`model.networks.paper`), which
-    the paper's network has as a code only."""
+    color_attention: bool = False  # whether pixels look their colours up, see `ColorAttention`
 
     def __post_init__(self) -> None:
         for name in ("opacity_size", "image_size"):

@@ -69,13 +69,10 @@ class RegionStep:
     """One row of Fig. 8; the last has no region, and shows what the second edit did."""
 
     inputs: SceneInputs
-    drawn: Image
+    drawn: Image  # the model's
     truth: Image
-    """The model's image and the true one. Shape (S, S, 3)."""
     region: Region | None = None
-    responses: NDArray[np.float64] | None = None
-    """The region's sensitivity, as :func:`model.sensitivity.display.shown_responses` returns it.
-    Shape (256,)."""
+    responses: NDArray[np.float64] | None = None  # the region's (256,), in the displayed unit
     mode: GaussianMode | None = None  # the mode that is then added
     changes: tuple[float, float] | None = None  # RMS change of the region: the model's, the true
 
@@ -144,10 +141,8 @@ class ValueField:
     value: float
     band: NDArray[np.float64]  # Gaussian (256,) by which fields of near values count, at most 1
     responses: NDArray[np.float64]  # (256,) of the whole image, in the displayed unit
-    blocks: NDArray[np.float64]
-    pixels: NDArray[np.float64]
-    """The field in r x r blocks, and for each pixel, coloured over the dim image. Shape (S, S,
-    3)."""
+    blocks: NDArray[np.float64]  # in r x r blocks, coloured over the dim image, (S, S, 3)
+    pixels: NDArray[np.float64]  # for each pixel alike
     scale: float  # ends of the scales of opacity and of colour, in the displayed unit
     whole: float
 
@@ -191,9 +186,8 @@ def value_field(subject: Subject, inputs: SceneInputs, value: float) -> ValueFie
     image = found.image
     fields = found.field(block)
     whole = global_scale(fields, block**2, EDIT_WIDTH)
-    of_blocks = shown_responses(
-        field_of_value(fields, value, scalar_range), block**2, EDIT_WIDTH
-    ).astype(np.float32)
+    of_value = field_of_value(fields, value, scalar_range)
+    of_blocks = shown_responses(of_value, block**2, EDIT_WIDTH).astype(np.float32)
     edit = edit_around(value, scalar_range, EDIT_WIDTH)
     of_pixels = shown_field(found.change(edit), edit, "change")
     scale = scale_of(of_blocks)

@@ -73,10 +73,7 @@ def detail(subject: Subject, map_: LatentMap, first: Exploration) -> Exploration
 
 
 def walk(
-    subject: Subject,
-    map_: LatentMap,
-    inputs: SceneInputs,
-    candidates: int = CANDIDATES,
+    subject: Subject, map_: LatentMap, inputs: SceneInputs, candidates: int = CANDIDATES
 ) -> list[Place]:
     """Visit places whose pictures differ most, from left to right.
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from model.evaluation.holdout import generator_errors
 from model.metrics import clearly_seen
+from model.networks.blocks import parameter_count
 from model.networks.paper import OpacityDiscriminator, TranslationDiscriminator, TwoStageGenerator
 from model.paper.subject import Image, Subject
 from model.samples.sample_rendering import render_samples
@@ -30,11 +31,10 @@ class Compared:
 
 
 def compared_samples(subject: Subject, count: int) -> list[Compared]:
-    """Measure hold-out samples, and choose four typical ones and two with artifacts.
+    """Measure hold-out samples, and choose four typical ones and two with the paper's artifacts.
 
-    The artifacts are the paper's: a wrong mapping of colours (the largest colour EMD), and a
-    wrong shape (the largest RMSE of the opacity image). Nearly black images are left out, as long
-    as there are others.
+    These are a wrong mapping of colours (the largest colour EMD), and a wrong shape (the largest
+    RMSE of the opacity image). Nearly black images are left out, as long as there are others.
     """
     scene = subject.generator.scene
     samples = render_samples(subject.renderer, scene, subject.seed, "holdout", range(count))
@@ -71,16 +71,12 @@ class Pictured:
 
 @dataclass(frozen=True, eq=False)
 class Overview:
-    """The approach at a glance (paper, Fig. 2): samples to learn from, networks, a novel image.
-
-    `networks` has the four networks' names and numbers of weights; `novel` is drawn by the
-    generator, from inputs that it has not seen, and `truth` is their true image (S, S, 3).
-    """
+    """The approach at a glance (paper, Fig. 2)."""
 
     training: tuple[Pictured, ...]
-    networks: tuple[tuple[str, int], ...]
-    novel: Pictured
-    truth: Image
+    networks: tuple[tuple[str, int], ...]  # names and numbers of weights of all four
+    novel: Pictured  # drawn by the generator, from inputs that it has not seen
+    truth: Image  # of these
 
 
 def approach(subject: Subject, inputs: SceneInputs) -> Overview:
@@ -98,7 +94,7 @@ def approach(subject: Subject, inputs: SceneInputs) -> Overview:
     )
     return Overview(
         tuple(Pictured(one, subject.truth(one)) for one in drawn),
-        tuple((name, sum(p.numel() for p in part.parameters())) for name, part in parts),
+        tuple((name, parameter_count(part)) for name, part in parts),
         Pictured(inputs, subject.drawn(inputs)),
         subject.truth(inputs),
     )

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from statistics import median
 from typing import Any
 
@@ -92,7 +93,6 @@ def table_1(
     """Return Table 1: the models' data sets and errors on so many samples, then the paper's.
 
     Rendering is timed on `timed` samples, unless the store is of the scene and has kept its time.
-    `nearest` has the errors of the store's training images nearest to its hold-out images.
     """
     heading = (
         "data set", "resolution", "precision", "MB", "light", "200,000 training images",
@@ -125,7 +125,7 @@ def _row_1(
     subject: Subject, errors: Means, timed: int, store: SampleStore | None
 ) -> tuple[str, ...]:
     volume, scene = subject.volume, subject.generator.scene
-    seconds, samples = (0.0, 0)
+    seconds, samples = 0.0, 0
     if store is not None and store.scene.volume_fingerprint == volume.fingerprint:
         seconds, samples = store.rendering
     if not samples:
@@ -161,8 +161,7 @@ def _sample_seconds(subject: Subject, count: int) -> float:
 def table_2(subject: Subject, repeats: int, blocks: int = PAPER_R) -> Table:
     """Return Table 2: size and times of a model, and the paper's.
 
-    Times of images and grids are medians of `repeats`. Fields of `blocks` x `blocks` (the paper:
-    8 or 16) are timed once, as they take long.
+    Times of images and grids are medians of `repeats`; fields are timed once, as they take long.
     """
     generator = subject.generator
     scene, card = generator.scene, generator.card
@@ -174,9 +173,8 @@ def table_2(subject: Subject, repeats: int, blocks: int = PAPER_R) -> Table:
     seen = int(card.training.get("samples_seen", 0))
     block = subject.size // blocks
     render = _seconds(lambda: generator.render(inputs), repeats)
-    explore = _seconds(
-        lambda: draw_codes(generator, subject.space, codes, inputs), max(1, repeats // 4)
-    )
+    draw = partial(draw_codes, generator, subject.space, codes, inputs)
+    explore = _seconds(draw, max(1, repeats // 4))
     field = _once(lambda: Sensitivity(generator, inputs).field(block))
     blockwise = _once(lambda: Sensitivity(generator, inputs).blockwise(block))
     return Table(

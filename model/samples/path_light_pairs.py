@@ -150,9 +150,8 @@ def write_pairs(
     try:
         with os_errors_as(DatasetError, f"{folder}: pairs cannot be written"):
             folder.mkdir(parents=True, exist_ok=True)
-            for number, (volume, drawer) in product(
-                range(blocks), [*zip(volumes, drawers, strict=True)]
-            ):
+            both = [*zip(volumes, drawers, strict=True)]
+            for number, (volume, drawer) in product(range(blocks), both):
                 path = folder / f"{volume.fingerprint[:12]}-{seed}-{number:04d}.npz"
                 pairs = None if path.exists() else drawer.block(seed, number)
                 if pairs is not None:

@@ -252,8 +252,7 @@ class SampleStore:
         """Yield a split in random order, endlessly, without holding it in memory.
 
         Blocks are read in random order; batches are drawn at random from a pool of them. Samples
-        that do not fill a pool's last batch are left out of the pass, as batch normalization needs
-        more than a few samples. The first `skip` batches are left out.
+        that do not fill a pool's last batch are left out of the pass.
         """
         all_blocks = _blocks(self.count(split))
         pool_blocks = max(POOL_BLOCKS, -(-batch_size // BLOCK))
@@ -286,24 +285,18 @@ class SampleStore:
         return array.with_config({"write_empty_chunks": True})
 
     def _check_arrays(self, split: Split) -> None:
-        """Refuse arrays that are not as :func:`_create_arrays` makes them."""
+        """Refuse arrays that are not as :func:`_arrays` says."""
         count = self.count(split)
         if count > MOST_SAMPLES:
             raise DatasetError(f"{self.path}: {count} {split} samples are more than there can be.")
-        expected = {n: ((count, *s), (BLOCK, *s), t) for n, (s, t) in _shapes(self.scene).items()}
-        expected["complete"] = (len(_blocks(count)),), (1,), "uint8"
-        for name, (shape, chunks, dtype) in expected.items():
+        for name, (shape, chunks, dtype) in _arrays(self.scene, count).items():
             array = self._array(split, name)
             # A resize that was killed leaves the others longer than the counted one.
             length, *sample = array.shape
-            if (
-                length < shape[0]
-                or tuple(sample) != shape[1:]
-                or array.chunks != chunks
-                or array.dtype != dtype
-            ):
+            found = tuple(sample), array.chunks, array.dtype
+            if length < shape[0] or found != (shape[1:], chunks, np.dtype(dtype)):
                 raise DatasetError(
-                    f"{self.path}: the array {split}/{name} has a wrong shape or type "
+                    f"{self.path}: the array {split}/{name} is not as it should be "
                     f"({array.shape} {array.dtype}); make the data set anew."
                 )
 
@@ -344,7 +337,12 @@ def _create_store(path: Path, scene: Scene, seed: int) -> None:
             {"tfscope_dataset": FORMAT_VERSION, "seed": seed, "scene": scene.to_json()}
         )
         for split in SPLITS:
-            _create_arrays(root.create_group(split), scene)
+            group = root.create_group(split)
+            for name, (shape, chunks, dtype) in _arrays(scene, 0).items():
+                codecs = ZstdCodec(), Crc32cCodec()
+                group.create_array(
+                    name, shape=shape, chunks=chunks, dtype=dtype, compressors=codecs
+                )
         if path.exists():
             path.rmdir()
         partial.rename(path)
@@ -356,16 +354,8 @@ def _shapes(scene: Scene) -> dict[str, tuple[tuple[int, ...], str]]:
     return {**inputs, IMAGES: ((scene.image_size, scene.image_size, 4), "uint8")}
 
 
-def _create_arrays(group: zarr.Group, scene: Scene) -> None:
-    for name, (shape, dtype) in _shapes(scene).items():
-        _create_array(group, name, (0, *shape), (BLOCK, *shape), dtype)
+def _arrays(scene: Scene, count: int) -> dict[str, tuple[tuple[int, ...], tuple[int, ...], str]]:
+    """Shape, chunks and type of the arrays of a split with so many samples."""
+    arrays = {n: ((count, *s), (BLOCK, *s), t) for n, (s, t) in _shapes(scene).items()}
     # One flag per chunk, so that two processes never write the same file.
-    _create_array(group, "complete", (0,), (1,), "uint8")
-
-
-def _create_array(
-    group: zarr.Group, name: str, shape: tuple[int, ...], chunks: tuple[int, ...], dtype: str
-) -> None:
-    group.create_array(
-        name, shape=shape, chunks=chunks, dtype=dtype, compressors=(ZstdCodec(), Crc32cCodec())
-    )
+    return {**arrays, "complete": ((len(_blocks(count)),), (1,), "uint8")}

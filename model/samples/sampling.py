@@ -46,9 +46,8 @@ def draw_opacity_tfs(scene: Scene, seed: int, index: int, count: int) -> NDArray
 def draw_edits(scene: Scene, seed: int, index: int, count: int) -> NDArray[np.float32]:
     """Draw smooth edits (count, 256) of opacity TFs, which depend on the arguments only.
 
-    They are Gaussians of height :data:`EDIT_HEIGHT`, positive or negative, with means uniform in
-    the scalar window, and standard deviations log-uniform from half to four times those of
-    sensitivities (:data:`model.scene.tf_perturbation.EDIT_WIDTH`).
+    They are Gaussians, positive or negative, with means uniform in the scalar window, and standard
+    deviations log-uniform from half to four times :data:`EDIT_WIDTH`.
     """
     rng = np.random.default_rng([seed, EDIT_STREAM, index])
     lo, hi = scene.scalar_range

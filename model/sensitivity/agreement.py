@@ -31,18 +31,13 @@ BLOCKS = 8  # number of blocks along each side of the image
 
 @dataclass(frozen=True)
 class HoldoutAgreement:
-    """Similarity of learned and exact sensitivities per sample, arrays of shape (N,).
+    """Similarity of learned and exact sensitivities per sample, -1 to 1, arrays of shape (N,)."""
 
-    Cosines and Spearman's rank correlations, -1 to 1, of the whole image's sensitivities over
-    scalar values, and of those of all blocks over blocks and values. `single_cosine` is the whole
-    image's for edits of single bins, which smooth edits are made of.
-    """
-
-    image_cosine: NDArray[np.float64]
-    image_rank: NDArray[np.float64]
-    block_cosine: NDArray[np.float64]
+    image_cosine: NDArray[np.float64]  # of the whole image's sensitivities
+    image_rank: NDArray[np.float64]  # Spearman's rank correlation
+    block_cosine: NDArray[np.float64]  # over blocks and values
     block_rank: NDArray[np.float64]
-    single_cosine: NDArray[np.float64]
+    single_cosine: NDArray[np.float64]  # of the whole image's, for edits of single bins
 
     def to_json(self) -> dict[str, dict[str, float]]:
         """Return median and quartiles of each measure as plain data."""

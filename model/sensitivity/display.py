@@ -56,10 +56,9 @@ def per_small_edit(edit: NDArray[np.floating]) -> float:
 def shown_responses(
     responses: NDArray[np.floating], pixels: int, width: float
 ) -> NDArray[np.float64]:
-    """Convert a region's responses to the displayed unit: the change of its pixels' RMS value.
+    """Convert responses (256,) of a norm over so many pixels to the change of their RMS value.
 
-    Responses (256,) are changes of a norm over the colours of so many pixels, per unit of opacity;
-    the width is the edits' standard deviation in bins.
+    They are per unit of opacity; the width is the edits' standard deviation in bins.
     """
     middle = edit_around(0.5, (0.0, 1.0), width)
     return np.asarray(responses, dtype=np.float64) * per_small_edit(middle) / np.sqrt(3 * pixels)
@@ -88,11 +87,7 @@ def color_bar(measure: Shown | Literal["all values"], count: int = 64) -> NDArra
 def overlay(
     image: NDArray[np.floating], field: NDArray[np.floating], scale: float, measure: Shown
 ) -> NDArray[np.float64]:
-    """Colour a field (S, S) over its image (S, S, 3), which is shown in dim grey; values in [0, 1].
-
-    The field is in the displayed unit, the scale its value of the full colour; see
-    :func:`scale_of`.
-    """
+    """Colour a field (S, S) by its scale over its image (S, S, 3), which is shown in dim grey."""
     table = _table(measure)
     share = np.clip(np.nan_to_num(field) / scale, -1, 1)
     place = (share + 1) / 2 if measure == "signed" else np.abs(share)
@@ -104,10 +99,9 @@ def overlay(
 def field_of_value(
     field: NDArray[np.float32], value: float | None, scalar_range: Range
 ) -> NDArray[np.float32]:
-    """Select the field (rows, columns) of one scalar value from those of all (rows, columns, 256).
+    """Select the field (rows, columns) of a scalar value from those of all (rows, columns, 256).
 
-    The value lies inside the range, in the data's units. None takes the mean strength over all
-    values, each relative to its own maximum.
+    None takes the mean strength over all values, each relative to its own maximum.
     """
     if value is None:
         strength = np.abs(field)
@@ -135,10 +129,9 @@ def _table(measure: str) -> NDArray[np.float64]:
 
 
 def global_scale(fields: NDArray[np.floating], pixels: int, width: float) -> float:
-    """Return the largest end of all values' own scales, in the displayed unit.
+    """Return the largest end of all values' own scales, of fields (rows, columns, 256) of blocks.
 
-    The fields (rows, columns, 256) are the sensitivity of each block, of so many pixels, to edits
-    of a width at each scalar value; see :func:`shown_responses`.
+    The blocks have so many pixels, the edits a width in bins.
     """
     shown = shown_responses(fields, pixels, width)
     return max(scale_of(shown[..., index]) for index in range(shown.shape[-1]))
@@ -152,8 +145,7 @@ def overlay_globally(
     Section 5.1.2 of the paper colours the field of a selected value by the range over the fields of
     all values, so that colours compare between selections, and maps the field's own range to
     opacity, so that where a weak field is strongest can be seen. So full opacity is at `scale`, the
-    end of the selected field's, and the last colour at `whole`, see :func:`global_scale`; all are
-    in the displayed unit, of which the size is shown.
+    end of the selected field's, and the last colour at `whole`, see :func:`global_scale`.
     """
     strength = np.abs(np.nan_to_num(field))
     table = _table("all values")
@@ -175,12 +167,10 @@ NEGLIGIBLE = 1e-10  # norm of displayed responses up to which they are rounding
 
 @dataclass(frozen=True)
 class Agreement:
-    """Cosine of two responses, 1 for one shape, and the learned one's norm in units of the exact
-    one's.
-    """
+    """Likeness of a learned response to the exact one."""
 
-    cosine: float
-    strength: float
+    cosine: float  # 1 for one shape
+    strength: float  # the learned one's norm in units of the exact one's
 
 
 def cosine(one: NDArray[np.floating], other: NDArray[np.floating]) -> float:

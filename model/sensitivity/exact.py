@@ -53,8 +53,7 @@ def change_norms(
 
     Unlike the change of the region's norm, it is above 0 where an edit shows on a black region, and
     where it brightens some pixels and darkens others. The width is the standard deviation of the
-    edits in bins, 0 for single ones; norms between edits 2/3 of it apart are interpolated. See
-    :func:`region_sensitivity`.
+    edits in bins, 0 for single ones; norms between edits 2/3 of it apart are interpolated.
     """
     bins, edits = spaced_edits(width)
     windows = windows_of(region.mask(Raster.of(size).shape))
@@ -64,11 +63,7 @@ def change_norms(
 def visibility(
     renderer: RaycastRenderer, inputs: SceneInputs, size: int | Raster, region: ImageRegion
 ) -> NDArray[np.float32]:
-    """Share (256,) of each scalar value in a region's opacity (Correa and Ma 2011).
-
-    It is the mean over the region's pixels of the sum of T alpha; all add up to the region's mean
-    opacity. Raises :class:`RenderError` for a region outside the image.
-    """
+    """Share (256,) of each scalar value in a region's mean opacity (Correa and Ma 2011)."""
     mask = region.mask(Raster.of(size).shape)
     visible = renderer.visibility(inputs, size, windows_of(mask))
     return (visible / mask.sum()).astype(np.float32)
@@ -95,9 +90,8 @@ def _sensitivity(
 ) -> NDArray[np.float32]:
     """Convert derivatives of half the squared norm to those of the norm; 0 if the norm is 0."""
     norms = np.sqrt(energies)[:, None]
-    return np.divide(gradients, norms, out=np.zeros_like(gradients), where=norms > 0).astype(
-        np.float32
-    )
+    found = np.divide(gradients, norms, out=np.zeros_like(gradients), where=norms > 0)
+    return found.astype(np.float32)
 
 
 def region_responses(
@@ -108,11 +102,7 @@ def region_responses(
     width: float,
     measure: Measure = "signed",
 ) -> NDArray[np.float32]:
-    """Response (256,) of a region to smooth edits around each scalar value, per unit of opacity.
-
-    It is the change of the l2 norm of the region's colours (paper, Eq. 11), which is 0 for a black
-    region, or the l2 norm of their change. The width is the edits' standard deviation in bins.
-    """
+    """Response (256,) of a region to smooth edits of a width in bins, per unit of opacity."""
     if measure == "change":
         return change_norms(renderer, inputs, size, region, width)
     slopes = region_sensitivity(renderer, inputs, size, region)

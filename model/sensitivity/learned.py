@@ -37,10 +37,10 @@ TOGETHER = 8  # forward passes that are one batch
 
 
 class Sensitivity:
-    """Derivatives of one generated image by the opacity TF.
+    """Derivatives of one generated image by the opacity TF, per unit of opacity.
 
-    They are per unit of opacity: an edit's opacities add up to 1. Edits have a standard deviation
-    of so many bins; 0 for single bins. Regions outside the image raise :class:`RenderError`.
+    Edits have a standard deviation in bins; 0 for single bins. Regions outside the image raise
+    :class:`RenderError`.
     """
 
     def __init__(
@@ -74,11 +74,7 @@ class Sensitivity:
         return response_to_edits(slopes, self._width)
 
     def change_norms(self, region: ImageRegion) -> NDArray[np.float32]:
-        """Norm (256,) of a region's change by smooth edits around each scalar value.
-
-        It takes a forward pass for each of the code's numbers. See
-        :func:`model.sensitivity.exact.change_norms`.
-        """
+        """Norm (256,) of a region's change, by a forward pass for each of the code's numbers."""
         mask = unpanned(region.mask(self._size), self._view)
         bins, edits = spaced_edits(self._width)
         squares = [
@@ -87,11 +83,7 @@ class Sensitivity:
         return norms_at_all_bins(bins, np.array(squares))
 
     def field(self, block: int) -> NDArray[np.float32]:
-        """Sensitivity (n, n, 256) of each block of the image to edits at each scalar value.
-
-        Blocks have a width and height in pixels, from 1 to the image's size; others raise
-        :class:`RenderError`.
-        """
+        """Sensitivity (n, n, 256) of blocks of so many pixels a side to edits at each value."""
         edges = block_edges(self._size, block)
         if (len(edges) - 1) ** 2 <= len(self._directions):
             return self.blockwise(block)
@@ -112,10 +104,7 @@ class Sensitivity:
         return np.stack(slopes).reshape(blocks, blocks, TF_SAMPLES)
 
     def blockwise_change(self, block: int, edit: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Estimate :meth:`change` as the paper does: one number for each block of pixels.
-
-        It is the change of each block's norm, spread evenly over its pixels and colours.
-        """
+        """Estimate :meth:`change` as the paper does: each block's change of norm, spread evenly."""
         edges = block_edges(self._size, block)
         per_block = self._blockwise_slopes(block) @ edit
         sides = np.diff(edges)
@@ -189,9 +178,8 @@ class Sensitivity:
         image = self.image.astype(np.float64)
         norms = np.sqrt(block_sums((image * image).sum(axis=2), edges))
         field = np.zeros((*norms.shape, TF_SAMPLES))
-        for direction, change in zip(
-            self._directions, self._changes_of(self._directions), strict=True
-        ):
+        changes = self._changes_of(self._directions)
+        for direction, change in zip(self._directions, changes, strict=True):
             sums = block_sums((image * change).sum(axis=2), edges)
             shares = np.divide(sums, norms, out=np.zeros_like(sums), where=norms > 0)
             field += shares[..., None] * direction

@@ -13,82 +13,19 @@ from numpy.typing import NDArray
 from model.scene.transfer_function import TF_SAMPLES, Range
 from model.sensitivity.display import FLOOR, SMALL_EDIT
 
-
-@dataclass(frozen=True)
-class Peak:
-    """A local maximum of a curve, or the middle of a plateau.
-
-    The prominence is its height above the higher one of the two valleys that part it from higher
-    peaks; `left` and `right` are interpolated indices where the curve is half of it lower.
-    """
-
-    place: int
-    prominence: float
-    left: float
-    right: float
-
-
-def find_peaks(curve: NDArray[np.floating], least_prominence: float) -> list[Peak]:
-    """Find the peaks of a finite curve (n,) from some prominence on, from left to right.
-
-    Its two ends are no peaks; pad it with zeros to make them so.
-    """
-    return [
-        peak
-        for place in _maxima(curve)
-        if (peak := _measured(curve, place)).prominence >= least_prominence
-    ]
-
-
-def _maxima(curve: NDArray[np.floating]) -> list[int]:
-    """Middles of the plateaus, of one sample or more, with lower samples on both sides."""
-    starts = np.concatenate(([0], np.flatnonzero(np.diff(curve)) + 1))
-    ends = np.concatenate((starts[1:], [len(curve)])) - 1
-    levels = curve[starts]
-    higher = (levels[1:-1] > levels[:-2]) & (levels[1:-1] > levels[2:])
-    inner = np.flatnonzero(higher) + 1
-    return [int(place) for place in (starts[inner] + ends[inner]) // 2]
-
-
-def _measured(curve: NDArray[np.floating], place: int) -> Peak:
-    height = curve[place]
-    above = np.flatnonzero(curve > height)
-    # The peak's territory: from the next higher sample on the left to that on the right.
-    first = int(above[above < place].max(initial=-1)) + 1
-    last = int(above[above > place].min(initial=len(curve))) - 1
-    valley = max(curve[first : place + 1].min(), curve[place : last + 1].min())
-    middle = height - (height - valley) / 2
-    left = _crossing(curve, place, first, -1, middle)
-    right = _crossing(curve, place, last, 1, middle)
-    return Peak(place, float(height - valley), left, right)
-
-
-def _crossing(curve: NDArray[np.floating], place: int, end: int, step: int, level: float) -> float:
-    """Index, between samples, where the curve first falls to a level on its way to an end."""
-    while place != end and curve[place] > level:
-        place += step
-    if curve[place] >= level:
-        return float(place)
-    inner = curve[place - step]
-    return place - step * float((level - curve[place]) / (inner - curve[place]))
-
-
 LEAST_SHARE = 0.05  # prominence of a peak, as a share of the highest value, from which it counts
 
 
 @dataclass(frozen=True)
 class Interval:
-    """Scalar values around a peak of a region's responses, in the data's units.
-
-    `low` and `high` are where the response is half of the peak's prominence lower. `response` is
-    the change of the region's RMS pixel value by an edit that adds .01 of opacity at its peak;
-    negative where it becomes darker.
-    """
+    """Scalar values around a peak of a region's responses, in the data's units."""
 
     value: float
     low: float
-    high: float
+    high: float  # where the response is half of the peak's prominence lower
     response: float
+    """Change of the region's RMS pixel value by an edit that adds .01 of opacity at its peak;
+    negative where it becomes darker."""
 
     def predicted(self, height: float) -> float:
         """Expected change of the region's pixels for a mode of this opacity, to first order."""
@@ -101,11 +38,10 @@ def strongest_intervals(
     count: int = 3,
     window: Range | None = None,
 ) -> tuple[Interval, ...]:
-    """Find the strongest peaks of a region's responses (256,), the strongest first.
+    """Find the strongest peaks of a region's displayed responses (256,), the strongest first.
 
     There are none where no edit shows more than rounding. What goes on rising outside the window of
-    values, all by default, has no peak inside. Responses are those of
-    :func:`model.sensitivity.display.shown_responses`.
+    values, all by default, has no peak inside.
     """
     values = np.linspace(*scalar_range, TF_SAMPLES)
     low, high = window or scalar_range
@@ -120,23 +56,20 @@ def strongest_intervals(
     highest = float(strength.max())
     if highest < FLOOR * SMALL_EDIT:
         return ()
-    peaks = find_peaks(strength, LEAST_SHARE * highest)
-    own = [peak for peak in peaks if places[peak.place - 1] == peak.place - 1]
-    strongest = sorted(own, key=lambda peak: -strength[peak.place])[:count]
-    bins = np.arange(TF_SAMPLES)
+    # Imported here: the window starts without it.
+    from scipy.signal import find_peaks
 
-    def value_at(place: float) -> float:
-        return float(np.interp(place - 1, bins, values))
-
-    return tuple(
-        Interval(
-            float(values[peak.place - 1]),
-            value_at(peak.left),
-            value_at(peak.right),
-            float(responses[peak.place - 1]),
+    # With their ends, where a peak is half of its prominence lower.
+    peaks, found = find_peaks(strength, prominence=LEAST_SHARE * highest, width=0, rel_height=0.5)
+    ends = np.stack([found["left_ips"], found["right_ips"]], axis=1) - 1
+    intervals = [
+        Interval(float(values[bin_]), float(low), float(high), float(responses[bin_]))
+        for bin_, (low, high) in zip(
+            peaks - 1, np.interp(ends, np.arange(TF_SAMPLES), values), strict=True
         )
-        for peak in strongest
-    )
+        if places[bin_] == bin_
+    ]
+    return tuple(sorted(intervals, key=lambda interval: -abs(interval.response))[:count])
 
 
 SMOOTHING = 3.0  # standard deviation of the smoothing, in bins, so that noise is not many values
@@ -161,18 +94,18 @@ def contributions(
 ) -> tuple[Contribution, ...]:
     """Find the values that contribute most to a place: three at most, the largest share first.
 
-    The visibility (256,) is that of :func:`model.sensitivity.exact.visibility`. Each peak counts
-    with the values around it. A long flank, such as a haze of many values before a surface of one,
-    is named by the value in its middle. A black place has no values.
+    Each peak of the visibility (256,) counts with the values around it. A long flank, such as a
+    haze of many values before a surface of one, is named by the value in its middle.
     """
     total = float(visibility.sum())
     if not total > 1e-6:
         return ()
     # Imported here: the window starts without it.
     from scipy.ndimage import gaussian_filter1d
+    from scipy.signal import find_peaks
 
     smooth = np.pad(gaussian_filter1d(visibility.astype(np.float64), SMOOTHING, mode="nearest"), 1)
-    peaks = [peak.place for peak in find_peaks(smooth, 0.02 * float(smooth.max()))]
+    peaks, _ = find_peaks(smooth, prominence=0.02 * float(smooth.max()))
     valleys = [int(np.argmin(smooth[a : b + 1])) + a for a, b in pairwise(peaks)]
     edges = [0, *(valley - 1 for valley in valleys), TF_SAMPLES]
     values = np.linspace(*scalar_range, TF_SAMPLES)
@@ -210,11 +143,7 @@ def percentages(found: Sequence[Contribution]) -> tuple[int, ...]:
 def follow(
     before: tuple[Contribution, ...], found: tuple[Contribution, ...], scalar_range: Range
 ) -> tuple[Contribution, ...]:
-    """List the values found now in the order in which they were listed before an edit.
-
-    Each value of before keeps its place with its present share, 0 where it no longer shows; the
-    others follow.
-    """
+    """List the values found now in the order before an edit, with a share of 0 for those gone."""
     left, listed = list(found), []
     for old in before:
         near = [new for new in left if is_same_value(new.value, old.value, scalar_range)]

@@ -66,12 +66,7 @@ class SensitivityResult:
 
 
 def save_numbers(path: Path, result: SensitivityResult) -> None:
-    """Write a result as ``.npz`` or ``.csv``, whole or not at all.
-
-    The arrays of an ``.npz`` are `scalar_values`, `opacity`, `image` and `sensitivity`; a ``.csv``
-    has a line per number of `sensitivity`. Raises :class:`RenderError` if the file cannot be
-    written, or has another suffix.
-    """
+    """Write a result as ``.npz``, or as ``.csv`` with a line per number; else `RenderError`."""
     suffix = path.suffix.lower()
     if suffix not in NUMBER_SUFFIXES:
         raise RenderError(f"{path}: numbers are written to a .npz or a .csv file; name one.")
@@ -81,14 +76,8 @@ def save_numbers(path: Path, result: SensitivityResult) -> None:
 
 
 def _npz(result: SensitivityResult) -> bytes:
-    buffer = io.BytesIO()
-    np.savez_compressed(
-        buffer,
-        scalar_values=result.scalar_values,
-        opacity=result.opacity,
-        image=result.image,
-        sensitivity=result.sensitivity,
-    )
+    buffer, names = io.BytesIO(), ("scalar_values", "opacity", "image", "sensitivity")
+    np.savez_compressed(buffer, **{name: getattr(result, name) for name in names})
     return buffer.getvalue()
 
 

@@ -17,18 +17,14 @@ from model.sensitivity.display import SMALL_EDIT, shown_field
 class WhatIf:
     """An edit, rendered."""
 
-    image: NDArray[np.float32]
-    difference: NDArray[np.float32]
-    """With the edit, and its difference from the image without it. Shape (S, S, 3)."""
+    image: NDArray[np.float32]  # with the edit, shape (S, S, 3)
+    difference: NDArray[np.float32]  # from the image without it
     rmse: float  # of the difference, over the region that was asked for
     predicted: float | None = None  # `rmse` to first order; None if unknown
 
 
 def edited(inputs: SceneInputs, edit: NDArray[np.floating], height: float) -> SceneInputs:
-    """Return inputs whose opacity TF is edited.
-
-    The edit (256,) is added with so much opacity where it is highest; the sum is clipped at 1.
-    """
+    """Return inputs with an edit (256,) added to the opacity TF, of a height at its highest."""
     opacity = inputs.opacity_tf.sample().astype(np.float64)
     shape = edit.astype(np.float64) / np.abs(edit).max()
     return with_opacity(inputs, opacity + height * shape)
@@ -50,10 +46,7 @@ def compare(
 def predicted_rmse(
     field: NDArray[np.float32], edit: NDArray[np.floating], height: float, region: ImageRegion
 ) -> float:
-    """Root mean square of a region's changes by an edit of a height, to first order.
-
-    The field (H, W, 3) is the change of each pixel per unit of the edit.
-    """
+    """Root mean square of a region's changes by an edit, from its field (H, W, 3) per unit."""
     shown = shown_field(field, edit, "change")
     inside = shown[region.mask(shown.shape)]
     return height / SMALL_EDIT * float(np.sqrt(np.square(inside).mean()))

@@ -50,8 +50,8 @@ class OpacityStage(Stage):
         return batch.opacity_image
 
     def _generate(self, batch: EncodedBatch) -> tuple[Tensor, Tensor]:
-        output = self.generator(batch.inputs)
-        return output.image, output.decoded_tf
+        image, decoded_tf = self.generator(batch.inputs)
+        return image, decoded_tf
 
     def _generator_losses(
         self, batch: EncodedBatch, fake: Tensor, extra: Tensor

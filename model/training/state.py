@@ -98,10 +98,16 @@ def load_stage(folder: Path, stage: Stage) -> None:
                 for key in file.keys()  # noqa: SIM118  (not a dict)
                 if key.startswith(prefix)
             }
-        for part, network in _networks(stage).items():
-            network.load_state_dict(_strip(tensors, f"{part}."))
-        for part, optimizer in _optimizers(stage).items():
-            _load_optimizer(optimizer, _strip(tensors, f"{part}."))
+        for part, owner in _parts(stage).items():
+            own = {
+                k.removeprefix(f"{part}."): v
+                for k, v in tensors.items()
+                if k.startswith(part + ".")
+            }
+            if isinstance(owner, torch.optim.Optimizer):
+                _load_optimizer(owner, own)
+            else:
+                owner.load_state_dict(own)
     except (OSError, KeyError, RuntimeError, ValueError, safetensors.SafetensorError) as error:
         raise TrainingError(
             f"{path}: the run cannot be resumed, its state is damaged ({error}); "
@@ -127,30 +133,26 @@ def _header(folder: Path) -> dict[str, Any]:
     return header
 
 
-def _networks(stage: Stage) -> dict[str, torch.nn.Module]:
-    networks = {
+def _parts(stage: Stage) -> dict[str, torch.nn.Module | torch.optim.Optimizer]:
+    """What has tensors, by its name in the file."""
+    parts = {
         "generator": stage.generator,
         "discriminator": stage.discriminator,
         "average": stage.average.network,
-    }
-    return {name: network for name, network in networks.items() if network is not None}
-
-
-def _optimizers(stage: Stage) -> dict[str, torch.optim.Optimizer]:
-    optimizers = {
         "generator_optimizer": stage.generator_optimizer,
         "discriminator_optimizer": stage.discriminator_optimizer,
     }
-    return {name: optimizer for name, optimizer in optimizers.items() if optimizer is not None}
+    return {name: part for name, part in parts.items() if part is not None}
 
 
 def _stage_tensors(stage: Stage) -> dict[str, Tensor]:
     tensors: dict[str, Tensor] = {}
-    for part, network in _networks(stage).items():
-        tensors |= {f"{part}.{name}": value for name, value in network.state_dict().items()}
-    for part, optimizer in _optimizers(stage).items():
-        for index, values in optimizer.state_dict()["state"].items():
-            tensors |= {f"{part}.{index}.{name}": value for name, value in values.items()}
+    for part, owner in _parts(stage).items():
+        state = owner.state_dict()
+        if isinstance(owner, torch.optim.Optimizer):
+            each = state["state"].items()
+            state = {f"{index}.{name}": v for index, values in each for name, v in values.items()}
+        tensors |= {f"{part}.{name}": value for name, value in state.items()}
     return tensors
 
 
@@ -167,10 +169,6 @@ def _load_optimizer(optimizer: torch.optim.Optimizer, tensors: dict[str, Tensor]
     optimizer.load_state_dict(
         {"state": state, "param_groups": optimizer.state_dict()["param_groups"]}
     )
-
-
-def _strip(tensors: dict[str, Tensor], prefix: str) -> dict[str, Tensor]:
-    return {k.removeprefix(prefix): v for k, v in tensors.items() if k.startswith(prefix)}
 
 
 LOCK_FILE = "training.lock"

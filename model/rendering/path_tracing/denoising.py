@@ -55,7 +55,7 @@ def available() -> bool:
 
 
 def denoise(
-    color: NDArray[np.float32], albedo: NDArray[np.float32] | None = None, quick: bool = False
+    color: NDArray[np.float32], albedo: NDArray[np.float32], quick: bool = False
 ) -> NDArray[np.float32]:
     """Denoise radiance (rows, columns, 3), not cut at 1, guided by unlit colours in [0, 1].
 
@@ -64,67 +64,50 @@ def denoise(
     """
     if not available():
         raise DenoisingError("There is no denoiser for this machine; choose pictures without one.")
-    images = {"color": color, "albedo": albedo}
-    given = {name: image for name, image in images.items() if image is not None}
-    return _denoiser().run(given, quick)
+    return _denoiser().run({"color": color, "albedo": albedo}, quick)
 
 
 class _Denoiser:
-    """The device, and the filters made last."""
+    """The device, and the filters made last, each with the memory that it reads and writes."""
 
     def __init__(self, package: Any) -> None:
         self._package = package
         self._lock = threading.Lock()
-        self._filters: OrderedDict[tuple[Any, ...], _Filter] = OrderedDict()
+        self._filters: OrderedDict[tuple[Any, ...], tuple[Any, dict[str, Any]]] = OrderedDict()
         self._device = package.Device()
         self._device.commit()
         self._check()
 
     def run(self, images: dict[str, NDArray[np.float32]], quick: bool) -> NDArray[np.float32]:
-        """Denoise `images["color"]`, guided by the others."""
-        key = (images["color"].shape, quick, *images)
+        """Denoise `images["color"]`, guided by the other; what is returned is the caller's own."""
+        shape = images["color"].shape
         with self._lock:
-            kept = self._filters.pop(key, None) or _Filter(
-                self._package, self._device, images, quick
-            )
-            result = kept.run(images)
+            found = self._filters.pop((shape, quick), None)
+            filter_, memory = found or self._made(shape, quick)
+            for name, image in images.items():
+                np.copyto(memory[name], image)
+            filter_.execute()
             self._check()
-            self._filters[key] = kept
+            self._filters[shape, quick] = filter_, memory
             while len(self._filters) > MOST_FILTERS:
-                self._filters.popitem(last=False)[1].release()
-        return result
+                self._filters.popitem(last=False)[1][0].release()
+            return np.array(memory["output"])
+
+    def _made(self, shape: tuple[int, ...], quick: bool) -> tuple[Any, dict[str, Any]]:
+        """Make a filter for pictures of a size."""
+        memory = {name: np.zeros(shape, np.float32) for name in ("color", "albedo", "output")}
+        filter_ = self._package.Filter(self._device, "RT")
+        for name, image in memory.items():
+            filter_.set_image(name, image, self._package.OIDN_FORMAT_FLOAT3)
+        filter_.set_bool("hdr", True)
+        if quick:
+            filter_.set_quality(self._package.OIDN_QUALITY_FAST)
+        filter_.commit()
+        return filter_, memory
 
     def _check(self) -> None:
         if message := self._device.get_error():
             raise DenoisingError(f"The denoiser failed: {message}. Choose pictures without it.")
-
-
-class _Filter:
-    """A filter for pictures of one size, with the memory that it reads and writes."""
-
-    def __init__(
-        self, package: Any, device: Any, images: dict[str, NDArray[np.float32]], quick: bool
-    ) -> None:
-        shape = images["color"].shape
-        self._memory = {name: np.zeros(shape, np.float32) for name in (*images, "output")}
-        self._filter = package.Filter(device, "RT")
-        for name, memory in self._memory.items():
-            self._filter.set_image(name, memory, package.OIDN_FORMAT_FLOAT3)
-        self._filter.set_bool("hdr", True)
-        if quick:
-            self._filter.set_quality(package.OIDN_QUALITY_FAST)
-        self._filter.commit()
-
-    def run(self, images: dict[str, NDArray[np.float32]]) -> NDArray[np.float32]:
-        """Denoise; what is returned belongs to the caller."""
-        for name, image in images.items():
-            np.copyto(self._memory[name], image)
-        self._filter.execute()
-        return self._memory["output"].copy()
-
-    def release(self) -> None:
-        """Release the library's memory."""
-        self._filter.release()
 
 
 @lru_cache(maxsize=1)
@@ -140,15 +123,10 @@ class Cleaner(Protocol):
     def clean(
         self, radiance: NDArray[np.float32], estimate: Estimate, samples: int
     ) -> NDArray[np.float32]:
-        """Return radiance (rows, columns, 3) without noise, not cut at 1.
-
-        It is the estimate's, or that of some of its samples.
-        """
-        ...
+        """Return radiance without noise: the estimate's, or that of some of its samples."""
 
     def deed(self, samples: int) -> str:
         """Say in a word or two what is done to a picture of so many samples."""
-        ...
 
 
 Cleaning = Callable[[SceneInputs, Raster], Cleaner]

@@ -22,17 +22,13 @@ it prepares itself for each size, and works on blocks of pixels."""
 class Estimate:
     """A picture as far as it is drawn."""
 
-    rgba: NDArray[np.float32]
-    """As renderers return it. Shape (rows, columns, 4)."""
+    rgba: NDArray[np.float32]  # as renderers return it, shape (rows, columns, 4)
     samples: int  # of each pixel
     error: float
     """Estimated standard error of the colours: root mean square over all pixels, from the
     difference of two independent halves of the samples; infinite after the first."""
-    radiance: NDArray[np.float32]
-    """Colours before they are cut at 1, times opacity: what a denoiser needs. Shape (rows, columns,
-    3)."""
-    albedo: NDArray[np.float32]
-    """Unlit colours, times opacity. They have no noise. Shape (rows, columns, 3)."""
+    radiance: NDArray[np.float32]  # colours before they are cut at 1, times opacity
+    albedo: NDArray[np.float32]  # unlit colours, times opacity; they have no noise
     halves: NDArray[np.float32]
     """Radiance of the even and of the odd samples, independent of each other; after the first
     sample the second is 0. Shape (2, rows, columns, 3)."""
@@ -59,13 +55,10 @@ class Estimate:
 
     def cut(self, rows: slice, columns: slice) -> Estimate:
         """Return the estimate of some rows and columns."""
-        return replace(
-            self,
-            rgba=self.rgba[rows, columns],
-            radiance=self.radiance[rows, columns],
-            albedo=self.albedo[rows, columns],
-            halves=self.halves[:, rows, columns],
-        )
+        parts = {
+            name: getattr(self, name)[rows, columns] for name in ("rgba", "radiance", "albedo")
+        }
+        return replace(self, **parts, halves=self.halves[:, rows, columns])
 
 
 def estimate_of(sums: NDArray[np.float32], unlit: NDArray[np.float32], samples: int) -> Estimate:

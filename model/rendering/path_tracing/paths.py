@@ -11,37 +11,31 @@ of its TF as a thick piece has, and no neighbour's colour tints it: a legend sta
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 
 from model.compilation import compiled, inlined
 from model.rendering.path_tracing.estimate import LEAST
 from model.rendering.path_tracing.random_numbers import joined, number_of, spread
-from model.rendering.path_tracing.scattering import TWO, about, dot, phase, phase_cosine, surface_at
+from model.rendering.path_tracing.scattering import TWO, about, phase, phase_cosine, surface_at
 from model.rendering.path_tracing.tracking import CLEAREST, track
 from model.rendering.raycast.batch import BATCH, HALF, fetch, stack_batch
 from model.rendering.raycast.compositing import GROUP
-from model.rendering.raycast.rays import ONE, ZERO, make_ray, skip_empty
+from model.rendering.raycast.rays import (
+    ONE,
+    ZERO,
+    dot,
+    make_ray,
+    next_visible,
+    place_on,
+)
 from model.rendering.raycast.trilinear import clamp
 
 CERTAIN = 2  # collisions after which paths end at random, the sooner the darker they are
 
 
 @compiled
-def trace_rows(
-    scatterer: Any,
-    optics: Any,
-    camera: Any,
-    step: float,
-    close: bool,
-    opacity: Any,
-    place: Any,
-    tile: Any,
-    samples: Any,
-    seed: int,
-    sums: Any,
-) -> None:
+def trace_rows(scatterer, optics, camera, step, close, opacity, place, tile, samples, seed, sums):
     """Add some samples to each pixel of a tile."""
     width = opacity.shape[1]
     medium = scatterer.medium
@@ -65,31 +59,27 @@ def trace_rows(
                 sample, t = samples[0] + n, places[n]
                 if hits[n] < 0:
                     continue
-                r, g, b = _radiance(
-                    scatterer, optics, _stream(seed, number, sample), sample >> 1, hits[n],
-                    (ray.start[0] + t * ray.step[0]),
-                    (ray.start[1] + t * ray.step[1]),
-                    (ray.start[2] + t * ray.step[2]),
-                    (
-                        np.float32(ray.step[0] / (optics.slope[0] * step)),
-                        np.float32(ray.step[1] / (optics.slope[1] * step)),
-                        np.float32(ray.step[2] / (optics.slope[2] * step)),
-                    ),
-                )  # fmt: skip
+                away = (
+                    np.float32(ray.step[0] / (optics.slope[0] * step)),
+                    np.float32(ray.step[1] / (optics.slope[1] * step)),
+                    np.float32(ray.step[2] / (optics.slope[2] * step)),
+                )
+                stream, at = _stream(seed, number, sample), place_on(ray, t)
+                r, g, b = _radiance(scatterer, optics, stream, sample >> 1, hits[n], at, away)
                 sums[sample & 1, row, column, 0] += a * r
                 sums[sample & 1, row, column, 1] += a * g
                 sums[sample & 1, row, column, 2] += a * b
 
 
 @inlined
-def _stream(seed: int, number: int, sample: int) -> Any:
+def _stream(seed, number, sample):
     """Return the stream of random numbers of a pixel's even, or odd, samples."""
     half = sample & 1
     return joined(joined(seed * 2 + half, number & 0xFFFFFFFF), number >> 32)
 
 
 @inlined
-def _insert(targets: Any, order: Any, n: int, target: Any) -> None:
+def _insert(targets, order, n, target):
     """Insert the target of the n-th sample among those before it, the greatest first."""
     place = n
     while place > 0 and targets[place - 1] < target:
@@ -99,16 +89,7 @@ def _insert(targets: Any, order: Any, n: int, target: Any) -> None:
 
 
 @inlined
-def _collide(
-    medium: Any,
-    ray: Any,
-    targets: Any,
-    order: Any,
-    levels: Any,
-    staging: Any,
-    hits: Any,
-    places: Any,
-) -> None:
+def _collide(medium, ray, targets, order, levels, staging, hits, places):
     """Find where the transmittance along a view ray falls to each of some targets.
 
     Within the step that belongs to a sample of the ray, the extinction is that sample's.
@@ -117,11 +98,10 @@ def _collide(
     last_level, last_t = np.int32(-1), ZERO
     found = 0
     k = 0
-    while k < ray.count:
-        behind = skip_empty(medium, ray, k)
-        if behind > k:
-            k = behind
-            continue
+    while True:
+        k = next_visible(medium, ray, k)
+        if k >= ray.count:
+            break
         if len(levels) > BATCH:
             # What was skipped must not decide at which samples the volume is read.
             k -= k % GROUP
@@ -151,24 +131,14 @@ def _collide(
 
 
 @inlined
-def _radiance(
-    scatterer: Any,
-    optics: Any,
-    pixel: Any,
-    index: int,
-    level: Any,
-    x: Any,
-    y: Any,
-    z: Any,
-    direction: Any,
-) -> Any:
+def _radiance(scatterer, optics, pixel, index, level, place, direction):
     """Return the light that one path brings from its first collision: red, green and blue."""
     # What the first collision colours, what it mirrors as it is, and what comes by the path's rest.
     colored, white, rest = ZERO, ZERO, ZERO
     cr, cg, cb = ZERO, ZERO, ZERO
     mirrors = False
     left = ONE
-    shape, scaling = scatterer.medium.shape, scatterer.scaling
+    (x, y, z), shape = place, scatterer.medium.shape
     for bounce in range(optics.bounces):
         x, y, z = clamp(x, shape[0]), clamp(y, shape[1]), clamp(z, shape[2])
         stream = joined(joined(pixel, 1000 + bounce), index)
@@ -236,9 +206,9 @@ def _radiance(
         if level < 0:
             rest += left * optics.sky
             break
-        x += t * direction[0] * scaling[0]
-        y += t * direction[1] * scaling[1]
-        z += t * direction[2] * scaling[2]
+        x += t * direction[0] * scatterer.scaling[0]
+        y += t * direction[1] * scatterer.scaling[1]
+        z += t * direction[2] * scatterer.scaling[2]
     if mirrors:
         white += rest
     else:

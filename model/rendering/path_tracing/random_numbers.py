@@ -7,8 +7,6 @@ of which each pixel has its own shift: samples of a pixel are spread evenly. All
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from model.compilation import inlined
@@ -29,7 +27,7 @@ RECURRENCES = _recurrences()
 
 
 @inlined
-def hashed(number: Any) -> Any:
+def hashed(number):
     """Mix the bits of a uint32, so that neighbours have nothing in common."""
     n = np.uint32(number)
     n = np.uint32(n ^ (n >> np.uint32(16)))
@@ -40,25 +38,25 @@ def hashed(number: Any) -> Any:
 
 
 @inlined
-def joined(first: Any, second: Any) -> Any:
+def joined(first, second):
     """Hash two numbers into one uint32."""
     return hashed(np.uint32(np.uint32(first) * np.uint32(0x9E3779B1)) ^ hashed(np.uint32(second)))
 
 
 @inlined
-def number_of(bits: Any) -> Any:
+def number_of(bits):
     """Return the float32 in [0, 1) of 32 bits."""
     return np.float32(np.uint32(bits) >> np.uint32(8)) * _SCALE
 
 
 @inlined
-def following(state: Any) -> Any:
+def following(state):
     """Return the next state of a stream of random numbers; :func:`hashed` gives its bits."""
     return np.uint32(state + np.uint32(0x9E3779B9))
 
 
 @inlined
-def spread(pixel: Any, index: Any, dimension: int) -> Any:
+def spread(pixel, index, dimension):
     """Return a number in [0, 1) of the sample `index` of a pixel, spread over its samples.
 
     The pixel is a hash of itself, seed and half; there are :data:`SPREAD` dimensions.

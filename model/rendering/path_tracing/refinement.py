@@ -25,12 +25,9 @@ TINY = 1e-40  # variance of a picture that has none
 class Refined:
     """A picture as far as it is drawn."""
 
-    rgba: NDArray[np.float32]
-    """As renderers return it. Shape (rows, columns, 4)."""
+    rgba: NDArray[np.float32]  # as renderers return it, shape (rows, columns, 4)
     samples: int  # of each pixel
-    error: float
-    """Estimated error of the colours, root mean square over all pixels; infinite after the first
-    sample."""
+    error: float  # estimated RMS error of the colours; infinite after the first sample
     deed: str  # what was done to take the noise out, such as "denoised"; empty where nothing was
 
 

@@ -21,31 +21,20 @@ from model.rendering.path_tracing.scattering import (
     shares,
     single_scattering_albedo,
 )
-from model.rendering.path_tracing.tracking import ExtinctionClassifier, Scatterer
+from model.rendering.path_tracing.tracking import Extinction, Scatterer
 from model.rendering.raster import Raster
 from model.rendering.raycast.batch import CLOSE
-from model.rendering.raycast.cells import SHIFT, MinMaxCells
-from model.rendering.raycast.classification import (
-    LARGEST_ERROR,
-    LEVELS_PER_BIN,
-    color_table,
-    opacity_table,
-)
-from model.rendering.raycast.illumination import UNLIT, travel_direction
+from model.rendering.raycast.classification import LARGEST_ERROR, color_table, opacity_table
+from model.rendering.raycast.illumination import travel_direction
 from model.rendering.raycast.marching import draw_rows
-from model.rendering.raycast.rays import Medium, camera_array
-from model.rendering.raycast.renderer import NO_DEPTH
-from model.rendering.scalars import (
-    KERNEL_TYPES,
-    LABEL_NOISE,
-    marks_of,
-    noise_of,
-    renderable_scalars,
-)
+from model.rendering.raycast.rays import camera_array
+from model.rendering.raycast.renderer import NO_DEPTH, KernelVoxels
+from model.rendering.raycast.shading import faces_of
+from model.rendering.scalars import LABEL_NOISE, noise_of
 from model.scene.inputs import SceneInputs
-from model.scene.mask import Mask, hidden_voxels
+from model.scene.mask import Mask
 from model.scene.scene import LightDirection
-from model.scene.transfer_function import TF_SAMPLES
+from model.scene.transfer_function import OpacityTF
 from model.scene.view import VIEW_ANGLE
 from model.scene.volume import Volume
 
@@ -75,33 +64,20 @@ class Lamp:
     key: float = 0.75  # radiance of a white surface that faces the light
     sky: float = 0.25  # radiance from all directions; a white surface that faces the light has both
     radius: float = 8.0  # angular radius of the light in degrees, above 0
-    asymmetry: float = 0.0
-    """Mean cosine of the phase function, above -1 and below 1; 0 is isotropic."""
+    asymmetry: float = 0.0  # mean cosine of the phase function, -1 to 1; 0 is isotropic
     gloss: float = 0.04  # share of the light that surfaces mirror
     sharpness: float = 30.0  # exponent of the gloss
     surfaces: bool = True  # whether steep gradients, and the faces of what is shown, are surfaces
     bounces: int = 32  # most collisions of a path; light that has more is missing
 
 
-class _Shown(NamedTuple):
-    """What depends on which voxels are shown."""
-
-    missing: NDArray[np.uint8]
-    cells: MinMaxCells
-    extinctions: ExtinctionClassifier
-
-
 class _Seen(NamedTuple):
-    """Arguments of view rays.
-
-    They are the volume, the camera, the distance of samples in the world, and whether they are
-    close, see :data:`model.rendering.raycast.batch.CLOSE`.
-    """
+    """Arguments of view rays."""
 
     scatterer: Scatterer
     camera: NDArray[np.float64]
-    step: float
-    close: bool
+    step: float  # distance of samples in the world
+    close: bool  # whether it is at most `CLOSE`
 
 
 class PathTracer:
@@ -126,25 +102,18 @@ class PathTracer:
         self._volume, self._seed = volume, seed
         self._light = light or LightDirection()
         self._lamp = lamp or Lamp()
-        executor = self._executor = ThreadPoolExecutor(
-            threads or os.cpu_count() or 1, thread_name_prefix="path"
-        )
-        scalars, (lo, hi) = renderable_scalars(volume, KERNEL_TYPES)
-        self._voxels = scalars.reshape(-1)
-        per_bin = (TF_SAMPLES - 1) / (hi - lo)
-        self._scale = np.float32(lo), np.float32(per_bin * LEVELS_PER_BIN)
-        self._noise = noise_of(scalars)
-        self._steepness = 1 / _typical_difference(scalars, hi - lo)
+        threads = threads or os.cpu_count() or 1
+        self._executor = ThreadPoolExecutor(threads, thread_name_prefix="path")
+        self._voxels = voxels = KernelVoxels(volume, self._executor)
+        self._noise = noise_of(voxels.scalars)
+        self._steepness = 1 / _typical_difference(voxels.scalars, voxels.width)
 
         # Without the tracer itself: in a circle its voxels would outlive it.
-        def under(mask: Mask | None) -> _Shown:
-            hidden = hidden_voxels(volume, mask)
-            cells = MinMaxCells(scalars, (lo, per_bin), executor, hidden)
-            extinctions = ExtinctionClassifier(cells, volume.scalar_range, sample_distance)
-            return _Shown(marks_of(volume, mask), cells, extinctions)
+        def extinction(mask: Mask | None, opacity_tf: OpacityTF) -> Extinction:
+            opacity = opacity_table(opacity_tf, volume.scalar_range, sample_distance)
+            return Extinction.of(opacity, sample_distance, voxels.under(mask).cells)
 
-        # Of the whole volume, and under the newest mask.
-        self._under = lru_cache(maxsize=2)(under)
+        self._extinction = lru_cache(maxsize=4)(extinction)
 
     @property
     def volume(self) -> Volume:
@@ -177,9 +146,8 @@ class PathTracer:
         """Draw a picture with ever more samples, and yield it after 1, 2, 4, 8 ... and the last.
 
         `wanted` is asked every few milliseconds, from any thread; nothing more is yielded once it
-        returns False. The depth (rows, columns) is filled with the distance from the eye, in world
-        units, at which something is seen; infinite where nothing is. Surfaces of large voxels are
-        smooth at rest.
+        returns False. The depth (rows, columns) is filled as by :meth:`RaycastRenderer.frame`.
+        Surfaces of large voxels are smooth at rest.
         """
         raster = Raster.of(size)
         seen = self._seen(inputs, raster, sample_distance, at_rest)
@@ -189,13 +157,12 @@ class PathTracer:
         optics, opacity = self._optics(inputs), np.ascontiguousarray(unlit[..., 3:])
         place = raster.left, raster.top, raster.width
         traced = *seen[:1], optics, *seen[1:], opacity, place
-        trace: Any = trace_rows
         sums = np.zeros((2, *raster.shape, 3), dtype=np.float32)
         for part in _passes(samples):
 
             def task(tile: Raster, part: tuple[int, int] = part) -> None:
                 ends = tile.top, tile.bottom, tile.left, tile.right
-                trace(*traced, ends, part, self._seed, sums)
+                trace_rows(*traced, ends, part, self._seed, sums)
 
             if not self._run(task, _tiles(raster, part[1] - part[0]), wanted):
                 return
@@ -254,14 +221,13 @@ class PathTracer:
         depth: NDArray[np.float32] = NO_DEPTH,
     ) -> NDArray[np.float32] | None:
         unlit = np.zeros((*raster.shape, 4), dtype=np.float32)
-        draw: Any = draw_rows
         ends = np.float32(LARGEST_ERROR / 2)
         medium = seen.scatterer.medium
         looks = color_table(inputs.color_tf, self._volume.scalar_range, medium.alphas)
-        arguments = medium, looks, *UNLIT, ends, seen.camera, seen.step
+        arguments = medium, looks, None, None, ends, seen.camera, seen.step
 
         def task(tile: Raster) -> None:
-            draw(*arguments, (tile.top, tile.bottom), unlit, depth, seen.close)
+            draw_rows(*arguments, (tile.top, tile.bottom), unlit, depth, seen.close)
 
         if not self._run(task, _rows(raster), wanted):
             return None
@@ -269,28 +235,13 @@ class PathTracer:
 
     def _scatterer(self, inputs: SceneInputs, distance: float) -> Scatterer:
         volume = self._volume
-        low, high = inputs.part.corners(volume)
-        shown = self._under(inputs.mask)
-        extinction = shown.extinctions.classified(inputs.opacity_tf)
-        medium = Medium(
-            self._voxels,
-            volume.dimensions,
-            self._scale,
-            shown.missing,
-            extinction.cells,
-            shown.cells.shape,
-            SHIFT,
-            opacity_table(inputs.opacity_tf, volume.scalar_range, distance),
-            inputs.is_nearest(volume),
-        )
+        extinction = self._extinction(inputs.mask, inputs.opacity_tf)
+        opacity = opacity_table(inputs.opacity_tf, volume.scalar_range, distance)
         return Scatterer(
-            medium,
+            self._voxels.medium(inputs, opacity, extinction.cells),
             extinction.majorants,
             extinction.levels,
-            tuple(map(np.float32, low)),
-            tuple(map(np.float32, high)),
-            tuple(map(np.float32, inputs.part.plane(volume))),
-            tuple(map(np.float32, inputs.part.normal)),
+            faces_of(inputs.part, volume),
             tuple(np.float32(volume.voxel_size / s) for s in volume.spacing),
         )
 

@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.compilation import inlined
-from model.rendering.raycast.rays import ONE, ZERO
-from model.rendering.raycast.shading import depth_below, gradient, nearness
+from model.rendering.raycast.rays import ONE, ZERO, dot, times
+from model.rendering.raycast.shading import depths_below, gradient, nearness
 
 TURN = np.float32(2 * math.pi)
 QUARTER, TWO = np.float32(0.25), np.float32(2)
@@ -38,18 +38,12 @@ class Optics(NamedTuple):
     """Tuple of 3 float32: factors of differences between voxels along each axis: a gradient of 1
     makes a surface with a probability of 63 %, where all is opaque."""
     noise: Any  # float32: fourth power of the difference of voxels of which half counts as noise
-    slope: Any
-    """Tuple of 3 float32: factors that convert differences between voxels to the gradient's
-    direction."""
+    slope: Any  # tuple of 3 float32: factors from differences of voxels to the gradient's direction
     faces: Any  # float32: probability that an opaque face of what is shown is a surface
     bounces: Any  # int: most collisions of a path
-    solid: Any
-    """Float32, shape (levels,): probability that what is steep enough is a surface, at each
-    level."""
+    solid: Any  # float32 (levels,): probability that what is steep enough is a surface
     surfaces: Any
-    media: Any
-    """Float32, shape (4 levels,): of the light that collides at each level the share that goes on:
-    by colour at the first collision, then one for all colours at any other. See :func:`shares`."""
+    media: Any  # float32 (4 levels,): shares of light that go on at a collision, see :func:`shares`
 
 
 def single_scattering_albedo(
@@ -95,7 +89,7 @@ def shares(
 
 
 @inlined
-def about(axis: Any, cosine: Any, turn: Any) -> Any:
+def about(axis, cosine, turn):
     """Return the direction at an angle from an axis, turned about it by a share of a full turn."""
     nx, ny, nz = axis
     sine = math.sqrt(max(ZERO, ONE - cosine * cosine))
@@ -112,13 +106,7 @@ def about(axis: Any, cosine: Any, turn: Any) -> Any:
 
 
 @inlined
-def dot(a: Any, b: Any) -> Any:
-    """Return the product of two vectors."""
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-
-@inlined
-def phase(cosine: Any, asymmetry: Any) -> Any:
+def phase(cosine, asymmetry):
     """Phase function times pi, of the angle between the directions before and after."""
     if abs(asymmetry) < ROUND:
         return QUARTER
@@ -128,7 +116,7 @@ def phase(cosine: Any, asymmetry: Any) -> Any:
 
 
 @inlined
-def phase_cosine(number: Any, asymmetry: Any) -> Any:
+def phase_cosine(number, asymmetry):
     """Draw the cosine of the angle between the directions before and after."""
     if abs(asymmetry) < ROUND:
         return ONE - TWO * number
@@ -138,26 +126,21 @@ def phase_cosine(number: Any, asymmetry: Any) -> Any:
 
 
 @inlined
-def surface_at(
-    scatterer: Any, optics: Any, x: Any, y: Any, z: Any, direction: Any, a: Any, number: Any
-) -> Any:
+def surface_at(scatterer, optics, x, y, z, direction, a, number):
     """Decide whether a place is a surface, and return its normal towards where light came from.
 
     Within a voxel of a face of what is shown the face's normal counts.
     """
-    low, high = scatterer.low, scatterer.high
-    bx = nearness(min(x - low[0], high[0] - x))
-    by = nearness(min(y - low[1], high[1] - y))
-    bz = nearness(min(z - low[2], high[2] - z))
+    bx, by, bz, bn = depths_below(scatterer.faces, x, y, z)
+    bx, by, bz, bn = nearness(bx), nearness(by), nearness(bz), nearness(bn)
     face = max(bx, max(by, bz))
-    bn = nearness(depth_below(scatterer.plane, x, y, z))
     is_cut = bn > face
     face = max(face, bn)
     share = face * optics.faces
     if number < a * share:
         nx, ny, nz = ZERO, ZERO, ZERO
         if is_cut:
-            nx, ny, nz = scatterer.normal
+            nx, ny, nz = scatterer.faces.normal
         elif bx == face:
             nx = ONE
         elif by == face:
@@ -165,20 +148,20 @@ def surface_at(
         else:
             nz = ONE
     elif number < a:
-        nx, ny, nz = gradient(scatterer.medium, x, y, z)
-        square = nx * nx + ny * ny + nz * nz
+        normal = gradient(scatterer.medium, x, y, z)
+        square = dot(normal, normal)
         square *= square
-        sx, sy, sz = optics.steepness
-        steep = nx * sx * nx * sx + ny * sy * ny * sy + nz * sz * nz * sz
+        rise = times(normal, optics.steepness)
+        steep = dot(rise, rise)
         share = (ONE - face) * (ONE - math.exp(-math.sqrt(steep)))
         share *= square / (square + optics.noise) if square > ZERO else ZERO
         if number >= a * (face * optics.faces + share):
             return False, direction
-        nx, ny, nz = nx * optics.slope[0], ny * optics.slope[1], nz * optics.slope[2]
-        inverse = ONE / math.sqrt(nx * nx + ny * ny + nz * nz)
-        nx, ny, nz = nx * inverse, ny * inverse, nz * inverse
+        normal = times(normal, optics.slope)
+        inverse = ONE / math.sqrt(dot(normal, normal))
+        nx, ny, nz = times(normal, (inverse, inverse, inverse))
     else:
         return False, direction
-    if nx * direction[0] + ny * direction[1] + nz * direction[2] > ZERO:
+    if dot((nx, ny, nz), direction) > ZERO:
         return True, (-nx, -ny, -nz)
     return True, (nx, ny, nz)

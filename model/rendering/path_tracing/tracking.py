@@ -9,8 +9,6 @@ voxels; lengths along a ray are in voxel sizes, the reference length of opacitie
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -20,19 +18,10 @@ from model.compilation import inlined
 from model.rendering.path_tracing.random_numbers import following, hashed, number_of
 from model.rendering.raycast.batch import HALF, level_of
 from model.rendering.raycast.cells import MinMaxCells
-from model.rendering.raycast.classification import LEVELS, LEVELS_PER_BIN, NOTHING, opacity_table
-from model.rendering.raycast.rays import HUGE, ONE, ZERO, inverse_step
+from model.rendering.raycast.classification import LEVELS, LEVELS_PER_BIN, NOTHING
+from model.rendering.raycast.rays import HUGE, ONE, ZERO, dot, inverse_step, times
 from model.rendering.raycast.shading import depth_below
-from model.rendering.raycast.trilinear import (
-    blend,
-    clamp,
-    halves,
-    is_hidden,
-    load_pair,
-    locate,
-    nearest_of,
-)
-from model.scene.transfer_function import OpacityTF, Range
+from model.rendering.raycast.trilinear import clamp, is_hidden, locate, nearest_of, value_at
 
 ADVANCE = np.float32(1e-3)
 """Least step from cell to cell, in voxel sizes, so that rounding stops no ray."""
@@ -51,51 +40,36 @@ CLEAREST = np.float32(0.01)
 class Scatterer(NamedTuple):
     """A volume that scatters light under an opacity TF."""
 
-    medium: Any
-    """Medium: what view rays read. Its cells' distances are of extinction."""
+    medium: Any  # Medium: what view rays read; its cells' distances are of extinction
     majorants: Any  # float32, 1-D: greatest extinction in each cell, per voxel size
     extinctions: Any  # float32, shape (levels,): extinction at each level, per voxel size
-    low: Any
-    high: Any  # tuple of 3 float32: least and greatest corner of what is shown, in voxels
-    plane: Any
-    normal: Any  # its clipping plane, as in :class:`model.rendering.raycast.shading.Light`
+    faces: Any  # Faces
     scaling: Any  # tuple of 3 float32: voxels per voxel size along each axis
 
 
 @inlined
-def level_at(medium: Any, x: Any, y: Any, z: Any) -> Any:
+def level_at(medium, x, y, z):
     """Return the level of the tables at a place inside the volume."""
-    place, fx, fy, fz = locate(medium.shape, x, y, z)
-    row = np.uint64(medium.shape[0])
-    layer = np.uint64(medium.shape[0] * medium.shape[1])
-    voxels = medium.voxels
+    voxels, shape = medium.voxels, medium.shape
+    place, weights = locate(shape, x, y, z)
     if len(medium.missing) > 0 and is_hidden(
-        medium.missing, medium.shape, medium.is_nearest, place, (fx, fy, fz)
+        medium.missing, shape, medium.is_nearest, place, weights
     ):
         return np.int32(NOTHING)
     if medium.is_nearest:
-        nearest = nearest_of(medium.shape, place, fx, fy, fz)
-        return level_of(np.float32(voxels[nearest]), medium.scale)
-    value = blend(
-        halves(voxels, load_pair(voxels, place)),
-        halves(voxels, load_pair(voxels, place + row)),
-        halves(voxels, load_pair(voxels, place + layer)),
-        halves(voxels, load_pair(voxels, place + layer + row)),
-        fx,
-        fy,
-        fz,
-    )
-    return level_of(value, medium.scale)
+        return level_of(np.float32(voxels[nearest_of(shape, place, weights)]), medium.scale)
+    return level_of(value_at(voxels, shape, place, weights), medium.scale)
 
 
 @inlined
-def track(scatterer: Any, place: Any, direction: Any, state: Any, transmits: bool) -> Any:
+def track(scatterer, place, direction, state, transmits):
     """Follow a ray from a place in what is shown to its next collision, or to its end."""
     x, y, z = place
-    medium, scaling = scatterer.medium, scatterer.scaling
-    dx, dy, dz = direction[0] * scaling[0], direction[1] * scaling[1], direction[2] * scaling[2]
+    medium = scatterer.medium
+    away = times(direction, scatterer.scaling)
+    dx, dy, dz = away
     ix, iy, iz = inverse_step(dx), inverse_step(dy), inverse_step(dz)
-    low, high = scatterer.low, scatterer.high
+    low, high, plane = scatterer.faces.low, scatterer.faces.high, scatterer.faces.plane
     end = min(
         ((high[0] if dx >= ZERO else low[0]) - x) * ix,
         min(
@@ -103,9 +77,9 @@ def track(scatterer: Any, place: Any, direction: Any, state: Any, transmits: boo
             ((high[2] if dz >= ZERO else low[2]) - z) * iz,
         ),
     )
-    leaving = scatterer.plane[0] * dx + scatterer.plane[1] * dy + scatterer.plane[2] * dz
+    leaving = dot(plane, away)
     if leaving > ZERO:
-        end = min(end, depth_below(scatterer.plane, x, y, z) / leaving)
+        end = min(end, depth_below(plane, x, y, z) / leaving)
     through, t = ONE, ZERO
     depth: Any = -ONE
     while t < end:
@@ -164,32 +138,20 @@ def track(scatterer: Any, place: Any, direction: Any, state: Any, transmits: boo
     return np.int32(-1), min(t, HUGE), through
 
 
-@dataclass(frozen=True, eq=False)
-class Extinction:
+class Extinction(NamedTuple):
     """A volume's extinction under one opacity TF."""
 
-    levels: NDArray[np.float32]
-    """Per voxel size, at each level of scalar values. Shape (LEVELS,)."""
+    levels: NDArray[np.float32]  # per voxel size, at each level of scalar values
     majorants: NDArray[np.float32]  # greatest extinction in each cell
     cells: NDArray[np.int8]  # distance of each cell to the nearest one where something is visible
 
-
-class ExtinctionClassifier:
-    """Finds extinctions in one volume; the newest are kept."""
-
-    def __init__(self, cells: MinMaxCells, scalar_range: Range, distance: float) -> None:
-        self._cells, self._range, self._distance = cells, scalar_range, distance
-        self.classified = lru_cache(maxsize=4)(self._classified)
-
-    def _classified(self, opacity_tf: OpacityTF) -> Extinction:
-        opacity = opacity_table(opacity_tf, self._range, self._distance)
-        levels = -np.log1p(-np.minimum(opacity, 1 - CLEAREST)) / self._distance
+    @classmethod
+    def of(cls, opacity: NDArray[np.float32], distance: float, cells: MinMaxCells) -> Extinction:
+        """Return the extinction, given the opacity of samples some distance apart."""
+        levels = -np.log1p(-np.minimum(opacity, 1 - CLEAREST)) / distance
         in_bin = levels[:LEVELS:LEVELS_PER_BIN]
-        return Extinction(
-            levels.astype(np.float32),
-            self._cells.greatest(in_bin),
-            self._cells.distances(_touched(in_bin)),
-        )
+        shown = cells.distances(_touched(in_bin))
+        return cls(levels.astype(np.float32), cells.greatest(in_bin), shown)
 
 
 def _touched(values: NDArray[np.floating]) -> NDArray[np.bool_]:

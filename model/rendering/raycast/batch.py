@@ -22,6 +22,7 @@ from numba.extending import intrinsic
 from model.compilation import inlined
 from model.rendering.raycast.classification import LEVELS, NOTHING
 from model.rendering.raycast.compositing import GROUP
+from model.rendering.raycast.rays import place_on
 from model.rendering.raycast.trilinear import (
     blend,
     halves,
@@ -29,7 +30,8 @@ from model.rendering.raycast.trilinear import (
     load_pair,
     locate,
     pair_type,
-    weight_of,
+    rows_at,
+    weights_of,
 )
 
 BATCH = 32  # samples of a ray that are interpolated together: two AVX-512 vectors, or four of AVX2
@@ -54,13 +56,11 @@ class Staging(NamedTuple):
     near: Any
     above: Any
     behind: Any
-    both: Any
-    """Array: pairs of voxels along x: at `place`, in the next row, in the next layer, and in the
-    next row of the next layer."""
+    both: Any  # arrays of pairs of voxels along x, see `rows_at`
 
 
-@intrinsic  # type: ignore[untyped-decorator]
-def _stack(_context: Any, like: Any) -> Any:
+@intrinsic
+def _stack(_context, like):
     """Allocate numbers of a type on the stack, or pairs of an array's elements.
 
     There is room for a batch of close samples, and one more.
@@ -71,7 +71,7 @@ def _stack(_context: Any, like: Any) -> Any:
     kind = pair_type(like) if isinstance(like, types.Array) else like.dtype
     room = GROUP * BATCH if kind == types.int32 else BATCH
 
-    def reserve(context: Any, builder: Any, _signature: Any, _arguments: Any) -> Any:
+    def reserve(context, builder, _signature, _arguments):
         unit = context.get_value_type(kind)
         with builder.goto_entry_block():
             memory = builder.alloca(ir.ArrayType(unit, room + 1))
@@ -81,11 +81,11 @@ def _stack(_context: Any, like: Any) -> Any:
     return types.CPointer(kind)(like), reserve
 
 
-@intrinsic  # type: ignore[untyped-decorator]
-def one_by_one(_context: Any) -> Any:
+@intrinsic
+def one_by_one(_context):
     """Prevent the compiler from vectorizing a loop."""
 
-    def mark(context: Any, builder: Any, _signature: Any, _arguments: Any) -> Any:
+    def mark(context, builder, _signature, _arguments):
         builder.asm(ir.FunctionType(ir.VoidType(), []), "", "", [], side_effect=True)
         return context.get_dummy_value()
 
@@ -93,7 +93,7 @@ def one_by_one(_context: Any) -> Any:
 
 
 @inlined
-def stack_batch(voxels: Any, count: int) -> Any:
+def stack_batch(voxels, count):
     """Allocate stack memory for one ray: `levels` of a batch of samples, and `staging`."""
     staging = Staging(
         carray(_stack(np.uint64), BATCH + 1),
@@ -109,13 +109,13 @@ def stack_batch(voxels: Any, count: int) -> Any:
 
 
 @inlined
-def stack_pixel() -> Any:
+def stack_pixel():
     """Allocate stack memory for RGBA."""
     return carray(_stack(np.float32), 4)
 
 
 @inlined
-def fetch(medium: Any, ray: Any, k: int, levels: Any, staging: Any) -> None:
+def fetch(medium, ray, k, levels, staging):
     """Interpolate a batch of samples of a ray, starting with sample k."""
     # In float32, as 64-bit integers would halve the vector width; exact up to 2^24 samples.
     first, last = np.float32(k), np.float32(ray.count - 1)
@@ -140,60 +140,35 @@ def fetch(medium: Any, ray: Any, k: int, levels: Any, staging: Any) -> None:
 
 
 @inlined
-def _position(ray: Any, t: Any) -> Any:
-    """Return the position on a ray, t steps behind the first sample."""
-    return (
-        ray.start[0] + t * ray.step[0],
-        ray.start[1] + t * ray.step[1],
-        ray.start[2] + t * ray.step[2],
-    )
-
-
-@inlined
-def _read(
-    voxels: Any,
-    shape: Any,
-    is_nearest: Any,
-    ray: Any,
-    k: int,
-    stride: Any,
-    count: int,
-    staging: Any,
-) -> None:
+def _read(voxels, shape, is_nearest, ray, k, stride, count, staging):
     """Load the voxels around sample k and around each one that is `stride` samples further."""
     first = np.float32(k)
     for m in range(count):
-        t = min(first + stride * np.float32(np.int32(m)), ray.last)
-        x, y, z = _position(ray, t)
-        staging.place[m], fx, fy, fz = locate(shape, x, y, z)
-        staging.x[m] = weight_of(is_nearest, fx)
-        staging.y[m] = weight_of(is_nearest, fy)
-        staging.z[m] = weight_of(is_nearest, fz)
-    row, layer = np.uint64(shape[0]), np.uint64(shape[0] * shape[1])
+        x, y, z = place_on(ray, min(first + stride * np.float32(np.int32(m)), ray.last))
+        staging.place[m], weights = locate(shape, x, y, z)
+        staging.x[m], staging.y[m], staging.z[m] = weights_of(is_nearest, weights)
     for m in range(count):
         one_by_one()
-        place = staging.place[m]
-        staging.near[m] = load_pair(voxels, place)
-        staging.above[m] = load_pair(voxels, place + row)
-        staging.behind[m] = load_pair(voxels, place + layer)
-        staging.both[m] = load_pair(voxels, place + layer + row)
+        near, above, behind, both = rows_at(shape, staging.place[m])
+        staging.near[m] = load_pair(voxels, near)
+        staging.above[m] = load_pair(voxels, above)
+        staging.behind[m] = load_pair(voxels, behind)
+        staging.both[m] = load_pair(voxels, both)
 
 
 @inlined
-def _value(voxels: Any, staging: Any, m: int) -> Any:
+def _value(voxels, staging, m):
     return blend(
         halves(voxels, staging.near[m]),
         halves(voxels, staging.above[m]),
         halves(voxels, staging.behind[m]),
         halves(voxels, staging.both[m]),
-        staging.x[m],
-        staging.y[m],
-        staging.z[m],
+        (staging.x[m], staging.y[m], staging.z[m]),
     )
 
 
 @inlined
-def _end(ray: Any, k: int, scale: Any, levels: Any, staging: Any) -> None:
+def _end(ray, k, scale, levels, staging):
     """Set the levels around a ray's end, where what was read is no full stride further."""
     last = np.int32(ray.count - 1)
     for m in range(BATCH):
@@ -209,18 +184,18 @@ def _end(ray: Any, k: int, scale: Any, levels: Any, staging: Any) -> None:
 
 
 @inlined
-def _hide(medium: Any, ray: Any, k: int, levels: Any) -> None:
+def _hide(medium, ray, k, levels):
     """Make samples of a batch transparent at places that are hidden."""
     shape = medium.shape
     for m in range(len(levels)):
-        x, y, z = _position(ray, min(np.float32(k) + np.float32(np.int32(m)), ray.last))
-        place, fx, fy, fz = locate(shape, x, y, z)
-        if is_hidden(medium.missing, shape, medium.is_nearest, place, (fx, fy, fz)):
+        x, y, z = place_on(ray, min(np.float32(k) + np.float32(np.int32(m)), ray.last))
+        place, weights = locate(shape, x, y, z)
+        if is_hidden(medium.missing, shape, medium.is_nearest, place, weights):
             levels[m] = np.int32(NOTHING)
 
 
 @inlined
-def level_of(value: Any, scale: Any) -> Any:
+def level_of(value, scale):
     """Round a value to the nearest level, clamped to the lowest and highest one."""
     level = min(max((value - scale[0]) * scale[1], ZERO), HIGHEST)
     return np.int32(level + HALF)

@@ -48,11 +48,6 @@ class MinMaxCells:
         nz, ny, nx = self._shape
         return nx, ny, nz
 
-    @property
-    def nbytes(self) -> int:
-        """Memory of the cells and of one array of distances, in bytes."""
-        return self._bins.nbytes + self._bins.nbytes // 2
-
     def distances(self, shown: NDArray[np.bool_]) -> NDArray[np.int8]:
         """Chessboard distance of each cell to the nearest visible cell."""
         total = np.concatenate([[0], np.cumsum(shown)])

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
@@ -12,29 +10,27 @@ FAST = ("contract", "reassoc", "nsz", "arcp")
 GROUP = 4  # samples that are first composited among themselves, to shorten chains of dependencies
 
 
-@intrinsic  # type: ignore[untyped-decorator]
-def composite_group(
-    _context: Any, rows: Any, alphas: Any, levels: Any, first: Any, total: Any, through: Any
-) -> Any:
+@intrinsic
+def composite_group(_context, rows, alphas, levels, first, total, through):
     """Composite :data:`GROUP` samples behind the ones before them; for CPUs only."""
     f32, i32, i64 = ir.FloatType(), ir.IntType(32), ir.IntType(64)
     vector = ir.VectorType(f32, 4)
 
-    def composite(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        def data(number: int) -> Any:
+    def composite(context, builder, signature, arguments):
+        def data(number):
             array = context.make_array(signature.args[number])
             return array(context, builder, arguments[number]).data
 
-        def splat(value: Any) -> Any:
+        def splat(value):
             single = builder.insert_element(ir.Constant(vector, ir.Undefined), value, i32(0))
             return builder.shuffle_vector(
                 single, single, ir.Constant(ir.VectorType(i32, 4), [0] * 4)
             )
 
-        def times(a: Any, b: Any) -> Any:
+        def times(a, b):
             return builder.fmul(a, b, flags=FAST)
 
-        def over(front: Any, clear: Any, back: Any) -> Any:
+        def over(front, clear, back):
             return builder.fadd(front, times(clear, back), flags=FAST)
 
         one = ir.Constant(vector, [1.0] * 4)

@@ -27,7 +27,7 @@ from model.compilation import compiled, inlined
 from model.rendering.raycast.batch import BATCH, fetch, stack_batch
 from model.rendering.raycast.classification import LEVELS_PER_BIN, NOTHING
 from model.rendering.raycast.marching import opacity_of_part, slope_of_part
-from model.rendering.raycast.rays import ONE, ZERO, make_ray, skip_empty
+from model.rendering.raycast.rays import ONE, ZERO, make_ray, next_visible
 from model.rendering.raycast.shading import corner_of, light_place, received, reflect
 from model.scene.transfer_function import TF_SAMPLES
 
@@ -40,36 +40,19 @@ BAND = 16
 class Path(NamedTuple):
     """Record of a view ray's samples, to be traversed back to front."""
 
-    levels: Any  # int32, shape (n,)
-    clear: Any  # float32, shape (n,): transparency in front of each sample
-    colors: Any  # float32, shape (n, 3): lit, not premultiplied
-    weights: Any  # float32, shape (n,): of each sample's colour in the pixel
-    beams: Any
-    """Float32, shape (n, 3): in soft light, the derivative of the pixel by the light of samples."""
+    levels: Any  # int32 (n,)
+    clear: Any  # float32 (n,): transparency in front of each sample
+    colors: Any  # float32 (n, 3): lit, not premultiplied
+    weights: Any  # float32 (n,): of each sample's colour in the pixel
+    beams: Any  # float32 (n, 3): in soft light, the pixel's derivative by the light of samples
 
 
 class Edits(NamedTuple):
     """Edits of the opacity TF, of which no more than :data:`BAND` change one bin."""
 
-    by_bin: Any
-    """Float32, shape (256, BAND): change of the opacity of a sample at each bin by edits after one
-    another."""
-    begin: Any  # int64, shape (256,): the first of these edits
-    turns: Any
-    """LightGrid: change of soft light by each edit, (nodes, n); its nodes may be others than the
-    light's."""
-
-
-@inlined
-def make_path(count: int) -> Any:
-    """Allocate memory for rays of up to `count` samples."""
-    return Path(
-        np.empty(count, dtype=np.int32),
-        np.empty(count, dtype=np.float32),
-        np.empty((count, 3), dtype=np.float32),
-        np.empty(count, dtype=np.float32),
-        np.empty((count, 3), dtype=np.float32),
-    )
+    by_bin: Any  # float32 (256, BAND): change of a sample's opacity by edits after one another
+    begin: Any  # int64 (256,): the first of these edits
+    turns: Any  # LightGrid: change of soft light by each edit (nodes, n), on nodes of its own
 
 
 def band_of(edits: NDArray[np.floating]) -> tuple[NDArray[np.float32], NDArray[np.int64]]:
@@ -87,28 +70,34 @@ def band_of(edits: NDArray[np.floating]) -> tuple[NDArray[np.float32], NDArray[n
 
 @compiled
 def differentiate_windows(
-    medium: Any,
-    colors: Any,
-    light: Any,
-    glow: Any,
-    least: Any,
-    camera: Any,
-    step: float,
-    size: int,
-    longest: int,
-    windows: Any,
-    gradients: Any,
-    energies: Any,
-    nodes: Any,
-    edits: Any,
-    squares: Any,
-) -> None:
+    medium,
+    colors,
+    light,
+    glow,
+    least,
+    camera,
+    step,
+    size,
+    longest,
+    windows,
+    gradients,
+    energies,
+    nodes,
+    edits,
+    squares,
+):
     """Differentiate half the energy of windows of an image, or square their changes by edits.
 
     The energy is the sum of squared pixel values.
     """
     levels, staging = stack_batch(medium.voxels, BATCH)
-    path = make_path(longest)
+    path = Path(
+        np.empty(longest, np.int32),
+        np.empty(longest, np.float32),
+        np.empty((longest, 3), np.float32),
+        np.empty(longest, np.float32),
+        np.empty((longest, 3), np.float32),
+    )
     image = np.empty(3, dtype=np.float32)
     gradient = np.empty(TF_SAMPLES + 1)
     slopes = np.zeros((TF_SAMPLES + 1, 3), dtype=np.float32)
@@ -121,7 +110,7 @@ def differentiate_windows(
             for column in range(windows[n, 2], windows[n, 3]):
                 ray, _ = make_ray(camera, step, column, row, size)
                 # A black pixel has a change by edits, but its energy has no derivative.
-                if ray.count == 0 or (not is_edited and _misses(medium, ray)):
+                if (0 if is_edited else next_visible(medium, ray, 0)) >= ray.count:
                     continue
                 count = _look(medium, colors, light, glow, ray, levels, staging, path, image)
                 energy += image[0] ** 2 + image[1] ** 2 + image[2] ** 2
@@ -138,44 +127,26 @@ def differentiate_windows(
                         slopes[bin_, 0] = slopes[bin_, 1] = slopes[bin_, 2] = ZERO
                     if glows:
                         _add_to_nodes(glow, ray, path.beams, count, image, nodes)
-                elif glows:
-                    changes[:] = ZERO
-                    _add_light(edits.turns, ray, path.beams, count, changes)
-                    _add_edits(slopes, first, last, edits, changes)
-                    for edit in range(len(squares)):
-                        for channel in range(3):
-                            squares[edit] += changes[channel, edit] ** 2
                 else:
-                    _add_squares(slopes, first, last, edits, changes, squares)
+                    start, end = 0, len(squares)
+                    if not glows:
+                        start = edits.begin[first]
+                        end = edits.begin[min(last, TF_SAMPLES - 1)] + BAND
+                    for edit in range(start, end):
+                        changes[0, edit] = changes[1, edit] = changes[2, edit] = ZERO
+                    if glows:
+                        _add_light(edits.turns, ray, path.beams, count, changes)
+                    _add_edits(slopes, first, last, edits, changes)
+                    red, green, blue = changes[0], changes[1], changes[2]
+                    for edit in range(np.uint64(start), np.uint64(end)):
+                        squares[edit] += red[edit] ** 2 + green[edit] ** 2 + blue[edit] ** 2
         # One more behind the last bin, for what is above it by nothing.
         gradients[n] = gradient[:TF_SAMPLES]
         energies[n] = energy
 
 
 @inlined
-def _misses(medium: Any, ray: Any) -> bool:
-    """Return True if a ray meets only empty cells: its pixel is black."""
-    k = 0
-    while k < ray.count:
-        behind = skip_empty(medium, ray, k)
-        if behind == k:
-            return False
-        k = behind
-    return True
-
-
-@inlined
-def _look(
-    medium: Any,
-    colors: Any,
-    light: Any,
-    glow: Any,
-    ray: Any,
-    levels: Any,
-    staging: Any,
-    path: Any,
-    image: Any,
-) -> int:
+def _look(medium, colors, light, glow, ray, levels, staging, path, image):
     """Composite front to back, recording what is needed to go back."""
     image[:] = ZERO
     through = without_one = ONE
@@ -224,7 +195,7 @@ def _look(
 
 
 @inlined
-def _slopes_by_bin(medium: Any, least: Any, ray: Any, path: Any, count: int, slopes: Any) -> Any:
+def _slopes_by_bin(medium, least, ray, path, count, slopes):
     """Add a pixel's derivative to zeros (257, 3); return the first and the last bin."""
     red = green = blue = ZERO
     first: Any = TF_SAMPLES
@@ -260,21 +231,7 @@ def _slopes_by_bin(medium: Any, least: Any, ray: Any, path: Any, count: int, slo
 
 
 @inlined
-def _add_squares(
-    slopes: Any, first: int, last: int, edits: Any, changes: Any, squares: Any
-) -> None:
-    """Add a pixel's squared change by each edit, and clear its derivative."""
-    start, end = edits.begin[first], edits.begin[min(last, TF_SAMPLES - 1)] + BAND
-    red, green, blue = changes[0], changes[1], changes[2]
-    for edit in range(start, end):
-        red[edit] = green[edit] = blue[edit] = ZERO
-    _add_edits(slopes, first, last, edits, changes)
-    for edit in range(np.uint64(start), np.uint64(end)):
-        squares[edit] += red[edit] ** 2 + green[edit] ** 2 + blue[edit] ** 2
-
-
-@inlined
-def _add_edits(slopes: Any, first: int, last: int, edits: Any, changes: Any) -> None:
+def _add_edits(slopes, first, last, edits, changes):
     """Add a pixel's change by each edit, and clear its derivative."""
     last = min(last, TF_SAMPLES - 1)
     # Not the constant: unrolled, the loop is not vectorized.
@@ -292,19 +249,19 @@ def _add_edits(slopes: Any, first: int, last: int, edits: Any, changes: Any) -> 
 
 
 @inlined
-def _add_to_nodes(glow: Any, ray: Any, beams: Any, count: int, image: Any, nodes: Any) -> None:
+def _add_to_nodes(glow, ray, beams, count, image, nodes):
     """Add the derivative by samples' light to the nodes that it is interpolated between."""
     for k in range(count):
         weight = beams[k, 0] * image[0] + beams[k, 1] * image[1] + beams[k, 2] * image[2]
         if weight != ZERO:
-            place, fx, fy, fz = light_place(glow, ray, min(np.float32(k), ray.last))
+            place, weights = light_place(glow, ray, min(np.float32(k), ray.last))
             for corner in range(8):
-                at, share = corner_of(glow, place, fx, fy, fz, corner)
+                at, share = corner_of(glow, place, weights, corner)
                 nodes[at] += share * weight
 
 
 @inlined
-def _add_light(turns: Any, ray: Any, beams: Any, count: int, changes: Any) -> None:
+def _add_light(turns, ray, beams, count, changes):
     """Add the change of a pixel's soft light by each edit, cell by cell of the light's grid."""
     around = np.zeros((8, 3), dtype=np.float32)
     before, is_lit = np.uint64(0), False
@@ -312,12 +269,12 @@ def _add_light(turns: Any, ray: Any, beams: Any, count: int, changes: Any) -> No
         red, green, blue = beams[k, 0], beams[k, 1], beams[k, 2]
         if red + green + blue <= ZERO:
             continue
-        place, fx, fy, fz = light_place(turns, ray, min(np.float32(k), ray.last))
+        place, weights = light_place(turns, ray, min(np.float32(k), ray.last))
         if is_lit and place != before:
             _add_cell(turns, before, around, changes)
         before, is_lit = place, True
         for corner in range(8):
-            _, share = corner_of(turns, place, fx, fy, fz, corner)
+            _, share = corner_of(turns, place, weights, corner)
             around[corner, 0] += share * red
             around[corner, 1] += share * green
             around[corner, 2] += share * blue
@@ -326,10 +283,10 @@ def _add_light(turns: Any, ray: Any, beams: Any, count: int, changes: Any) -> No
 
 
 @inlined
-def _add_cell(turns: Any, place: Any, around: Any, changes: Any) -> None:
+def _add_cell(turns, place, around, changes):
     """Add the change by the light at a cell's corners, and clear their weights."""
     for corner in range(8):
-        at, _ = corner_of(turns, place, ZERO, ZERO, ZERO, corner)
+        at, _ = corner_of(turns, place, (ZERO, ZERO, ZERO), corner)
         r, g, b = around[corner, 0], around[corner, 1], around[corner, 2]
         around[corner, 0] = around[corner, 1] = around[corner, 2] = ZERO
         for edit in range(changes.shape[1]):

@@ -9,14 +9,12 @@ from __future__ import annotations
 
 import itertools
 from concurrent.futures import Executor
-from functools import lru_cache, partial
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from model.rendering.opacity_correction import NEARLY_OPAQUE
-from model.rendering.raycast.classification import Classification
 from model.rendering.raycast.light_sweeps import (
     NODE_LEVELS,
     Sweep,
@@ -24,17 +22,16 @@ from model.rendering.raycast.light_sweeps import (
     average_levels,
     look_around,
     sweep_back,
-    sweep_change,
     sweep_layers,
 )
-from model.rendering.raycast.shading import NO_GRID, NO_LIGHT, Light, LightGrid
-from model.rendering.scalars import LABEL_NOISE, noise_of
+from model.rendering.raycast.shading import Light, LightGrid, faces_of
 from model.scene.clip_plane import WHOLE_PART, ShownPart
-from model.scene.inputs import SceneInputs
-from model.scene.scene import LightDirection, Lighting
+from model.scene.scene import LightDirection
 from model.scene.transfer_function import TF_SAMPLES
 from model.scene.view import View
 from model.scene.volume import Volume
+
+Floats = NDArray[np.float32]
 
 DIFFUSE, SPECULAR, POWER = 0.9, 0.2, 20
 """Coefficients of gradient shading, equal to the reference renderer's."""
@@ -45,10 +42,13 @@ NOISE = 3.0
 The difference of two voxels has 1.4 of them along each axis, less between voxels."""
 
 AMBIENT, DISTANT = 0.4, 0.65  # soft light: unoccluded ambient light and distant light
-LONGEST_AXIS = 64  # nodes along the longest axis of the light grid
+LONGEST_AXIS, COARSE = (
+    64,
+    32,
+)  # nodes along the longest axis of the light's grid, and of a coarse one
 
-NO_CLEARNESS = np.empty((0, 0, 0), dtype=np.float32)
-"""Given to a sweep whose transparencies are not asked for."""
+NOTHING = np.empty((0, 0, 0), dtype=np.float32)
+"""Given to a sweep in place of what is not asked for."""
 
 AROUND = [
     np.array(direction) / np.linalg.norm(direction)
@@ -64,26 +64,17 @@ def travel_direction(view: View, light: LightDirection) -> NDArray[np.float64]:
 
 
 def gradient_light(
-    view: View,
-    light: LightDirection,
-    volume: Volume,
-    part: ShownPart = WHOLE_PART,
-    noise: float = 0.0,
-    dim: float = 1.0,
+    travel: NDArray[np.float64], volume: Volume, part: ShownPart, noise: float, dim: float
 ) -> Light:
-    """Return the parameters of gradient shading for a view and its light."""
-    low, high = part.corners(volume)
+    """Return the parameters of gradient shading for a direction in which light travels."""
     return Light(
-        tuple(map(np.float32, travel_direction(view, light))),
+        tuple(map(np.float32, travel)),
         tuple(map(np.float32, volume.spacing)),
         tuple(np.float32(1 / s) for s in volume.spacing),
         np.float32(DIFFUSE),
         np.float32(SPECULAR),
         POWER,
-        tuple(map(np.float32, low)),
-        tuple(map(np.float32, high)),
-        tuple(map(np.float32, part.plane(volume))),
-        tuple(map(np.float32, part.normal)),
+        faces_of(part, volume),
         np.float32((NOISE * noise) ** 4),
         np.float32(dim),
         True,
@@ -93,9 +84,9 @@ def gradient_light(
 class Illumination:
     """Light that reaches the points of a volume, on a coarse grid.
 
-    Extinction and ambient light depend on the opacity TF only and are cached while
-    the view changes, for two TFs that take turns. The distant light moves with the view;
-    its shadows are recomputed for each view, by one sweep.
+    Methods take the direction in which the distant light travels, and the opacity TF's 256 samples.
+    Extinction and ambient light depend on the opacity TF only and are cached while the view
+    changes, for two TFs that take turns. The distant light moves with the view: it is swept anew.
     """
 
     def __init__(
@@ -122,7 +113,7 @@ class Illumination:
 
         list(executor.map(look, range(len(self._levels))))
         # Extinction and ambient light of the two TFs and shown parts that were lit last.
-        self._lit: dict[tuple[bytes, ShownPart], tuple[NDArray[np.float32], ...]] = {}
+        self._lit: dict[tuple[bytes, ShownPart], tuple[Floats, Floats]] = {}
         self._part = WHOLE_PART
 
     @property
@@ -133,52 +124,37 @@ class Illumination:
 
     def grid(
         self,
-        view: View,
-        light: LightDirection,
-        opacities: NDArray[np.float32],
+        travel: NDArray[np.float64],
+        opacities: Floats,
         part: ShownPart = WHOLE_PART,
         dim: float = 1.0,
     ) -> LightGrid:
-        """Compute the light for a view, a light direction and the opacity TF's 256 samples.
-
-        What is not shown casts no shadow; for `dim` see
-        :class:`model.rendering.raycast.shading.Light`.
-        """
-        received = self._received(view, light, opacities, part)
+        """Compute the light; what is not shown casts no shadow. For `dim` see :class:`Light`."""
+        received = self._received(travel, opacities, part)
         # Light above 1 would exceed the colour range.
         return self._as_grid(np.minimum(received, 1).reshape(-1), dim)
 
     def changes(
-        self,
-        view: View,
-        light: LightDirection,
-        opacities: NDArray[np.float32],
-        edits: NDArray[np.float32],
-        part: ShownPart = WHOLE_PART,
+        self, travel: NDArray[np.float64], opacities: Floats, part: ShownPart, edits: Floats
     ) -> LightGrid:
-        """Compute the change of the light at each node per unit of edits of the opacity TF."""
-        is_below = self._received(view, light, opacities, part) < 1
+        """Compute the change of the light at each node per unit of edits (n, 256)."""
+        is_below = self._received(travel, opacities, part) < 1
         slopes = np.zeros((TF_SAMPLES + 1, len(edits)), dtype=np.float32)
         slopes[:TF_SAMPLES] = (edits * self._extinction_slopes(opacities)).T
         moved = self._averages(slopes)
-        if not self._part.is_whole:
-            moved *= self._shares(self._part)
         changes = np.zeros_like(moved)
-        for share, direction in self._lights(view, light):
-            sweep = self._course(direction)
-            layers = sweep.layers_of(self._extinction)
-            passed, clear = (np.empty_like(layers) for _ in range(2))
-            sweep_layers(layers, sweep.slope, passed, clear)
+        for share, direction in self._lights(travel):
+            sweep, passed, clear = self._swept(direction)
 
             def follow(
                 number: int,
                 share: float = share,
                 sweep: Sweep = sweep,
-                passed: NDArray[np.float32] = passed,
-                clear: NDArray[np.float32] = clear,
+                passed: Floats = passed,
+                clear: Floats = clear,
             ) -> None:
                 found = np.empty_like(passed)
-                sweep_change(sweep.layers_of(moved[number]), sweep.slope, passed, clear, found)
+                sweep_layers(sweep.layers_of(moved[number]), sweep.slope, passed, clear, found)
                 changes[number] += np.float32(share) * sweep.in_place(found)
 
             list(self._executor.map(follow, range(len(edits))))
@@ -187,28 +163,24 @@ class Illumination:
 
     def pass_back(
         self,
-        view: View,
-        light: LightDirection,
-        opacities: NDArray[np.float32],
+        travel: NDArray[np.float64],
+        opacities: Floats,
+        part: ShownPart,
         by_light: NDArray[np.floating],
-        part: ShownPart = WHOLE_PART,
     ) -> NDArray[np.float64]:
         """Turn a derivative by the light at each node into one by the opacity TF."""
-        is_below = self._received(view, light, opacities, part) < 1
+        is_below = self._received(travel, opacities, part) < 1
         back = np.where(is_below, by_light, 0).astype(np.float32)
 
-        def follow(share: float, direction: NDArray[np.float64]) -> NDArray[np.float32]:
-            sweep = self._course(direction)
-            layers = sweep.layers_of(self._extinction)
-            passed, clear, found = (np.empty_like(layers) for _ in range(3))
-            sweep_layers(layers, sweep.slope, passed, clear)
+        def follow(share: float, direction: NDArray[np.float64]) -> Floats:
+            sweep, passed, clear = self._swept(direction)
+            found = np.empty_like(passed)
             weighted = sweep.layers_of(np.float32(share) * back)
             sweep_back(weighted, sweep.slope, passed, clear, found)
             return sweep.in_place(found)
 
-        by_extinction = np.sum(
-            list(self._executor.map(follow, *zip(*self._lights(view, light), strict=True))), axis=0
-        )
+        lights = zip(*self._lights(travel), strict=True)
+        by_extinction = np.sum(list(self._executor.map(follow, *lights)), axis=0)
         if not self._part.is_whole:
             by_extinction *= self._shares(self._part)
 
@@ -220,18 +192,11 @@ class Illumination:
         table = np.sum(list(self._executor.map(gather, range(len(self._levels)))), axis=0)
         return np.asarray(table[:TF_SAMPLES] * self._extinction_slopes(opacities))
 
-    def _as_grid(self, values: NDArray[np.float32], dim: float = 1.0) -> LightGrid:
+    def _as_grid(self, values: Floats, dim: float = 1.0) -> LightGrid:
         nz, ny, nx = self.shape
-        sx, sy, sz = self._scale
-        return LightGrid(values, (nx, ny, nz), (sx, sy, sz), np.float32(dim))
+        return LightGrid(values, (nx, ny, nz), tuple(self._scale), np.float32(dim))
 
-    def _received(
-        self,
-        view: View,
-        light: LightDirection,
-        opacities: NDArray[np.float32],
-        part: ShownPart,
-    ) -> NDArray[np.float32]:
+    def _received(self, travel: NDArray[np.float64], opacities: Floats, part: ShownPart) -> Floats:
         """Light at each node, which may be above 1."""
         scene = opacities.tobytes(), part
         self._part, known = part, self._lit.pop(scene, None)
@@ -242,40 +207,38 @@ class Illumination:
             self._extinction, ambient = known
         last = list(self._lit.items())[-1:]
         self._lit = dict([*last, (scene, (self._extinction, ambient))])
-        distant = self._sweep(travel_direction(view, light))
-        return np.float32(AMBIENT) * ambient + np.float32(DISTANT) * distant
+        return np.float32(AMBIENT) * ambient + np.float32(DISTANT) * self._sweep(travel)
 
-    def _lights(self, view: View, light: LightDirection) -> list[tuple[float, NDArray[np.float64]]]:
+    def _lights(self, travel: NDArray[np.float64]) -> list[tuple[float, NDArray[np.float64]]]:
         """Strength and direction of each light, of which what is received is the sum."""
-        around = [(AMBIENT / len(AROUND), direction) for direction in AROUND]
-        return [(DISTANT, travel_direction(view, light)), *around]
+        return [(DISTANT, travel), *((AMBIENT / len(AROUND), direction) for direction in AROUND)]
 
-    def _extinction_slopes(self, opacities: NDArray[np.float32]) -> NDArray[np.float64]:
+    def _extinction_slopes(self, opacities: Floats) -> NDArray[np.float64]:
         """Derivative of the extinction per world length by the TF's opacity, at each bin."""
         opacity = opacities.astype(np.float64)
         slopes = 1 / np.maximum(1 - opacity, 1 - NEARLY_OPAQUE) / self._volume.voxel_size
         return np.where(opacity < NEARLY_OPAQUE, slopes, 0)
 
-    def _mean_extinction(self, opacities: NDArray[np.float32]) -> NDArray[np.float32]:
+    def _mean_extinction(self, opacities: Floats) -> Floats:
         """Mean extinction per world length around each grid node."""
         opacity = np.minimum(opacities.astype(np.float64), NEARLY_OPAQUE)
         # One more, of missing voxels.
         table = np.zeros((TF_SAMPLES + 1, 1), dtype=np.float32)
         table[:TF_SAMPLES, 0] = -np.log1p(-opacity) / self._volume.voxel_size
         (extinction,) = self._averages(table)
-        return extinction if self._part.is_whole else extinction * self._shares(self._part)
+        return np.asarray(extinction)
 
-    def _averages(self, tables: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Means (m, nz, ny, nx) of tables (257, m) over the voxels around each node."""
+    def _averages(self, tables: Floats) -> Floats:
+        """Means (m, nz, ny, nx) of tables (257, m) over the voxels around each node, as shown."""
         means = np.empty((tables.shape[1], *self.shape), dtype=np.float32)
 
         def average(layer: int) -> None:
             average_levels(self._levels, tables, layer, means)
 
         list(self._executor.map(average, range(len(self._levels))))
-        return means
+        return means if self._part.is_whole else means * self._shares(self._part)
 
-    def _shares(self, part: ShownPart) -> NDArray[np.float32]:
+    def _shares(self, part: ShownPart) -> Floats:
         """Share of the space around each node that is shown."""
         along, middles, sides = [], [], []
         for low, high, count in zip(part.crop.low, part.crop.high, self._counts, strict=True):
@@ -303,72 +266,18 @@ class Illumination:
             shares = shares * np.mean(parts, axis=0)
         return np.asarray(shares, dtype=np.float32)
 
-    def _sweep(self, direction: NDArray[np.float64]) -> NDArray[np.float32]:
+    def _sweep(self, direction: NDArray[np.float64]) -> Floats:
         """Fraction of a distant light that reaches each grid node."""
-        sweep = self._course(direction)
-        extinction = sweep.layers_of(self._extinction)
-        transmitted = np.empty_like(extinction)
-        sweep_layers(extinction, sweep.slope, transmitted, NO_CLEARNESS)
-        return sweep.in_place(transmitted)
+        sweep, passed, _ = self._swept(direction, keeps=False)
+        return sweep.in_place(passed)
 
-    def _course(self, direction: NDArray[np.float64]) -> Sweep:
-        return Sweep.along(direction / self._spacing)
-
-
-COARSE = 32  # nodes along the longest axis of a coarse grid of soft light
-
-
-class Lit(NamedTuple):
-    """A scene's light."""
-
-    gradient: Light | None  # of surfaces by their gradient; None where they reflect nothing
-    soft: LightGrid | None  # soft light at the nodes of a grid; None under another one
-
-    @property
-    def filled(self) -> tuple[Light, LightGrid]:
-        """The same for kernels that one version of serves all lights."""
-        return self.gradient or NO_LIGHT, self.soft or NO_GRID
-
-
-UNLIT = Lit(None, None)
-
-
-class SceneLight:
-    """Lights the scenes of one volume; from a coarse grid where `is_coarse`, as for what moves."""
-
-    def __init__(
-        self,
-        volume: Volume,
-        scalars: NDArray[np.generic],
-        lighting: Lighting,
-        default: LightDirection,
-        light_grid: partial[Illumination],
-    ) -> None:
-        self._volume, self._lighting, self._default = volume, lighting, default
-        self._noise = noise_of(scalars) if lighting == "direct" else 0.0
-        self._grid = light_grid() if lighting == "soft" else None
-        self.is_coarse = False
-        self.coarse_grid = lru_cache(lambda: light_grid(longest=COARSE))
-
-    @property
-    def grid(self) -> Illumination | None:
-        """The grid of soft light; None under another one."""
-        return self.coarse_grid() if self._grid is not None and self.is_coarse else self._grid
-
-    def of(self, inputs: SceneInputs, classification: Classification) -> Lit:
-        """Return the light of a scene."""
-        light = inputs.light or self._default
-        gradient, soft = None, None
-        if self._lighting == "direct":
-            noise = LABEL_NOISE if inputs.is_nearest(self._volume) else self._noise
-            gradient = gradient_light(
-                inputs.view, light, self._volume, inputs.part, noise, classification.brightest
-            )
-        if self.grid is not None:
-            soft = self.grid.grid(*self.soft_inputs(inputs), inputs.part, classification.brightest)
-        return Lit(gradient, soft)
-
-    def soft_inputs(self, inputs: SceneInputs) -> tuple[View, LightDirection, NDArray[np.float32]]:
-        """Return what soft light depends on but the shown part: view, light and opacities."""
-        opacities = inputs.opacity_tf.sample(self._volume.scalar_range)
-        return inputs.view, inputs.light or self._default, opacities
+    def _swept(
+        self, direction: NDArray[np.float64], keeps: bool = True
+    ) -> tuple[Sweep, Floats, Floats]:
+        """Return a light's way, and by layers what passed to each node, and how clear it is."""
+        sweep = Sweep.along(direction / self._spacing)
+        layers = sweep.layers_of(self._extinction)
+        passed = np.empty_like(layers)
+        clear = np.empty_like(layers) if keeps else NOTHING
+        sweep_layers(layers, sweep.slope, NOTHING, clear, passed)
+        return sweep, passed, clear

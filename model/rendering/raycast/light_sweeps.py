@@ -84,7 +84,7 @@ def _voxels_around(count: int, voxels: int) -> NDArray[np.int64]:
 
 
 @compiled
-def average_levels(levels: Any, tables: Any, layer: int, out: Any) -> None:
+def average_levels(levels, tables, layer, out):
     """Average tables (257, m) over the levels around each node of a layer of (nz, ny, nx, n)."""
     _, ny, nx, count = levels.shape
     tables_count = tables.shape[1]
@@ -107,7 +107,7 @@ def average_levels(levels: Any, tables: Any, layer: int, out: Any) -> None:
 
 
 @compiled
-def add_by_level(levels: Any, weights: Any, table: Any) -> None:
+def add_by_level(levels, weights, table):
     """Add to a table what each of its entries has in averages (ny, nx) of given weights."""
     ny, nx, count = levels.shape
     for j in range(ny):
@@ -119,28 +119,38 @@ def add_by_level(levels: Any, weights: Any, table: Any) -> None:
 
 
 @compiled
-def sweep_layers(extinction: Any, slope: Any, out: Any, clear: Any) -> None:
-    """Propagate light from layer to layer along the first axis.
+def sweep_layers(values, slope, passed, clear, out):
+    """Propagate light through extinctions from layer to layer along the first axis.
 
-    A node's own extinction does not attenuate its light: opaque surfaces would
-    otherwise be dark, as their coarse nodes also cover the space in front of them.
+    A node's own extinction does not attenuate its light: opaque surfaces would otherwise be dark,
+    as their coarse nodes also cover the space in front of them. Where light has `passed` and nodes
+    are so `clear`, values are changes of the extinction, and what is propagated is that of the
+    light: the sweep's tangent.
     """
     layers, rows, columns = out.shape
     u, v, length = slope
-    keeps = len(clear) > 0
+    is_change, keeps = len(passed) > 0, len(clear) > 0
+    first = ZERO if is_change else np.float32(1)
     # The light comes from a square of nodes, the same for all but for those near the faces;
     # a margin, in which light is not attenuated, stands for what lies outside the volume.
-    light = np.ones((rows + 3, columns + 3), dtype=np.float32)
+    light = np.full((rows + 3, columns + 3), first)
     dark = np.zeros((rows + 3, columns + 3), dtype=np.float32)
     top, left, down, right = _square(u, v)
-    out[0] = 1
+    out[0] = first
     for n in range(1, layers):
         light[1 : rows + 1, 1 : columns + 1] = out[n - 1]
-        dark[1 : rows + 1, 1 : columns + 1] = extinction[n - 1]
+        dark[1 : rows + 1, 1 : columns + 1] = values[n - 1]
         for j in range(rows):
-            # Rows as arrays of their own, so that the loop over them is vectorized.
+            # Rows as arrays of their own, so that the loops over them are vectorized.
             bright, bright_below = light[1 + j + top, 1 + left :], light[2 + j + top, 1 + left :]
             dim, dim_below = dark[1 + j + top, 1 + left :], dark[2 + j + top, 1 + left :]
+            if is_change:
+                for i in range(columns):
+                    received = _mixed(bright, bright_below, i, down, right)
+                    path = _mixed(dim, dim_below, i, down, right)
+                    change = received * clear[n, j, i] - path * length * passed[n, j, i]
+                    out[n, j, i] = change if abs(change) > DARK else ZERO
+                continue
             for i in range(columns):
                 received = _mixed(bright, bright_below, i, down, right)
                 path = _mixed(dim, dim_below, i, down, right)
@@ -153,30 +163,7 @@ def sweep_layers(extinction: Any, slope: Any, out: Any, clear: Any) -> None:
 
 
 @compiled
-def sweep_change(changes: Any, slope: Any, passed: Any, clear: Any, out: Any) -> None:
-    """Compute how a sweep's light changes with the extinction: its tangent."""
-    layers, rows, columns = out.shape
-    u, v, length = slope
-    light = np.zeros((rows + 3, columns + 3), dtype=np.float32)
-    dark = np.zeros((rows + 3, columns + 3), dtype=np.float32)
-    top, left, down, right = _square(u, v)
-    out[0] = ZERO
-    for n in range(1, layers):
-        light[1 : rows + 1, 1 : columns + 1] = out[n - 1]
-        dark[1 : rows + 1, 1 : columns + 1] = changes[n - 1]
-        for j in range(rows):
-            # Rows as arrays of their own, so that the loop over them is vectorized.
-            bright, bright_below = light[1 + j + top, 1 + left :], light[2 + j + top, 1 + left :]
-            dim, dim_below = dark[1 + j + top, 1 + left :], dark[2 + j + top, 1 + left :]
-            for i in range(columns):
-                received = _mixed(bright, bright_below, i, down, right)
-                path = _mixed(dim, dim_below, i, down, right)
-                change = received * clear[n, j, i] - path * length * passed[n, j, i]
-                out[n, j, i] = change if abs(change) > DARK else ZERO
-
-
-@compiled
-def sweep_back(weights: Any, slope: Any, passed: Any, clear: Any, out: Any) -> None:
+def sweep_back(weights, slope, passed, clear, out):
     """Turn a derivative by a sweep's light into one by the extinction: its adjoint."""
     layers, rows, columns = out.shape
     u, v, length = slope
@@ -203,14 +190,14 @@ def sweep_back(weights: Any, slope: Any, passed: Any, clear: Any, out: Any) -> N
 
 
 @inlined
-def _square(u: float, v: float) -> Any:
+def _square(u, v):
     """Return first row and column of the square that light comes from, and its place in it."""
     top, left = math.floor(-u), math.floor(-v)
     return top, left, np.float32(-u - top), np.float32(-v - left)
 
 
 @inlined
-def _mixed(row: Any, below: Any, at: int, down: Any, right: Any) -> Any:
+def _mixed(row, below, at, down, right):
     """Interpolate between two rows, and between a column and the next."""
     first = row[at] + right * (row[at + 1] - row[at])
     second = below[at] + right * (below[at + 1] - below[at])
@@ -218,7 +205,7 @@ def _mixed(row: Any, below: Any, at: int, down: Any, right: Any) -> Any:
 
 
 @inlined
-def _divide(grid: Any, near: int, far: int, at: int, down: Any, right: Any, value: Any) -> None:
+def _divide(grid, near, far, at, down, right, value):
     """Add a value to the four nodes that :func:`_mixed` interpolates between."""
     below = down * value
     above = value - below

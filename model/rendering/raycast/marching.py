@@ -10,7 +10,6 @@ each combination of argument types.
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 
@@ -18,11 +17,10 @@ from model.compilation import compiled, inlined
 from model.rendering.raycast.batch import BATCH, fetch, stack_batch, stack_pixel
 from model.rendering.raycast.classification import NOTHING
 from model.rendering.raycast.compositing import GROUP, composite_group
-from model.rendering.raycast.rays import ONE, TINY, ZERO, make_ray, skip_empty
+from model.rendering.raycast.rays import ONE, TINY, ZERO, make_ray, next_visible
 from model.rendering.raycast.shading import received, reflect
 
-VISIBLE = np.float32(1 / 255)
-"""Accumulated opacity at which a ray counts as having met something visible."""
+VISIBLE = np.float32(1 / 255)  # accumulated opacity at which something visible is met
 
 FAINT = np.float32(5e-6)
 """Weight below which a sample's light is left out: 500 of them are less than 1/255 in all.
@@ -44,18 +42,7 @@ HALF = np.float32(0.5)
 
 
 @inlined
-def march(
-    medium: Any,
-    colors: Any,
-    light: Any,
-    glow: Any,
-    ray: Any,
-    opaque: Any,
-    levels: Any,
-    staging: Any,
-    total: Any,
-    piece: Any,
-) -> int:
+def march(medium, colors, light, glow, ray, opaque, levels, staging, total, piece):
     """Composite the samples of one ray."""
     # The last sample is left to the end, as only its step has another length.
     alphas = medium.alphas
@@ -75,11 +62,10 @@ def march(
     # Close samples of a group have one light.
     group = GROUP if is_close else 1
     k = 0
-    while k < ray.count:
-        behind = skip_empty(medium, ray, k)
-        if behind > k:
-            k = behind
-            continue
+    while True:
+        k = next_visible(medium, ray, k)
+        if k >= ray.count:
+            break
         if is_close:
             # What was skipped must not decide at which samples the volume is read.
             k -= k % GROUP
@@ -114,9 +100,8 @@ def march(
                         if not leader <= k + m < follower:
                             leader = k + m - (k + m) % (SHARED * group)
                             follower = leader + SHARED * group
-                            common, common_gloss = shade(
-                                medium, light, glow, ray, _middle(leader, SHARED * group)
-                            )
+                            middle = _middle(leader, SHARED * group)
+                            common, common_gloss = shade(medium, light, glow, ray, middle)
                         diffuse, gloss = common, common_gloss
                     if weight > FADING * full:
                         own, own_gloss = shade(medium, light, glow, ray, _middle(k + m, group))
@@ -149,19 +134,19 @@ def march(
 
 
 @inlined
-def _middle(first: int, count: int) -> Any:
+def _middle(first, count):
     """Return the place amid so many samples in a row."""
     return np.float32(first) + np.float32(count - 1) * HALF
 
 
 @inlined
-def opacity_of_part(a: Any, share: Any) -> Any:
+def opacity_of_part(a, share):
     """Return the opacity of a fraction of a step, a being that of a whole one."""
     return -math.expm1(share * math.log1p(-a))
 
 
 @inlined
-def slope_of_part(a: Any, share: Any, least: Any) -> Any:
+def slope_of_part(a, share, least):
     """Return the derivative of :func:`opacity_of_part` by a.
 
     It diverges at a = 1; where the transparency 1 - a is below `least`, it is clamped.
@@ -170,7 +155,7 @@ def slope_of_part(a: Any, share: Any, least: Any) -> Any:
 
 
 @inlined
-def shade(medium: Any, light: Any, glow: Any, ray: Any, k: Any) -> Any:
+def shade(medium, light, glow, ray, k):
     """Return the factor of the colour of sample k, and its gloss, under the scene's light."""
     diffuse, gloss = ONE, ZERO
     t = min(k, ray.last)
@@ -182,16 +167,7 @@ def shade(medium: Any, light: Any, glow: Any, ray: Any, k: Any) -> Any:
 
 
 @inlined
-def show(image: Any, depth: Any, row: int, column: int, total: Any, t: Any) -> None:
-    """Write one pixel of an image (rows, columns, 4), and of its depth, empty if not asked for."""
-    for channel in range(4):
-        image[row, column, channel] = total[channel]
-    if len(depth) > 0:
-        depth[row, column] = t
-
-
-@inlined
-def _first_visible(alphas: Any, levels: Any, through: Any) -> int:
+def _first_visible(alphas, levels, through):
     """Return the index in a batch of the sample at which opacity reaches :data:`VISIBLE`."""
     for m in range(len(levels)):
         through *= ONE - alphas[np.uint64(np.uint32(levels[m]))]
@@ -201,20 +177,8 @@ def _first_visible(alphas: Any, levels: Any, through: Any) -> int:
 
 
 @compiled
-def draw_rows(
-    medium: Any,
-    colors: Any,
-    light: Any,
-    glow: Any,
-    opaque: Any,
-    camera: Any,
-    step: float,
-    rows: Any,
-    image: Any,
-    depth: Any,
-    close: bool,
-) -> None:
-    """Draw some rows of an image; see :func:`model.rendering.raycast.marching.march`."""
+def draw_rows(medium, colors, light, glow, opaque, camera, step, rows, image, depth, close):
+    """Draw some rows of an image (rows, columns, 4), and of its depth, empty if not asked for."""
     size = image.shape[1]
     levels, staging = stack_batch(medium.voxels, GROUP * BATCH if close else BATCH)
     total, piece = stack_pixel(), stack_pixel()
@@ -222,5 +186,8 @@ def draw_rows(
         for column in range(size):
             ray, distance = make_ray(camera, step, column, row, size)
             first = march(medium, colors, light, glow, ray, opaque, levels, staging, total, piece)
-            visible = distance + min(first, ray.last) * step if first >= 0 else np.inf
-            show(image, depth, row, column, total, visible)
+            for channel in range(4):
+                image[row, column, channel] = total[channel]
+            if len(depth) > 0:
+                seen = distance + min(first, ray.last) * step if first >= 0 else np.inf
+                depth[row, column] = seen

@@ -69,20 +69,13 @@ class Medium(NamedTuple):
 
     voxels: Any  # array, 1-D: x fastest
     shape: Any  # tuple of 3 int: voxels along x, y and z
-    scale: Any
-    """Tuple of 2 float32: lowest scalar value, and levels of the tables per unit of scalar
-    value."""
-    missing: Any
-    """Uint8, 1-D: marks of voxels that are transparent under any TF, see
-    :func:`model.rendering.raycast.trilinear.is_hidden`; empty where there are none."""
-    cells: Any
-    """Int8, 1-D: distance of each cell to the nearest one where something is visible, in cells."""
+    scale: Any  # tuple of 2 float32: lowest scalar value, and levels per unit of scalar value
+    missing: Any  # uint8, 1-D: marks of hidden voxels, see `is_hidden`; empty where there are none
+    cells: Any  # int8, 1-D: distance of each cell to one where something is visible, in cells
     cell_shape: Any  # tuple of 3 int: cells along x, y and z
     shift: Any  # int: base-2 logarithm of a cell's edge in voxels
     alphas: Any  # float32, shape (levels,): opacity of a sample at each level
-    is_nearest: Any
-    """Bool: whether samples have the value of the nearest voxel, as labels have nothing in
-    between."""
+    is_nearest: Any  # bool: whether samples have the nearest voxel's value, as labels do
 
 
 class Ray(NamedTuple):
@@ -97,7 +90,7 @@ class Ray(NamedTuple):
 
 
 @inlined
-def make_ray(camera: Any, step: float, column: int, row: int, size: int) -> Any:
+def make_ray(camera, step, column, row, size):
     """Return the ray through the centre of a pixel."""
     x = camera[14] + camera[15] * ((2 * column + 1) / size - 1)
     y = camera[16] + camera[17] * (1 - (2 * row + 1) / size)
@@ -120,11 +113,7 @@ def make_ray(camera: Any, step: float, column: int, row: int, size: int) -> Any:
     first = near + step
     sx, sy, sz = step_along(dx * step), step_along(dy * step), step_along(dz * step)
     ray = Ray(
-        (
-            np.float32(ex + first * dx),
-            np.float32(ey + first * dy),
-            np.float32(ez + first * dz),
-        ),
+        (np.float32(ex + first * dx), np.float32(ey + first * dy), np.float32(ez + first * dz)),
         (sx, sy, sz),
         (inverse_step(sx), inverse_step(sy), inverse_step(sz)),
         count,
@@ -135,7 +124,29 @@ def make_ray(camera: Any, step: float, column: int, row: int, size: int) -> Any:
 
 
 @inlined
-def _clip(eye: float, direction: float, first: float, last: float, near: float, far: float) -> Any:
+def place_on(ray, t):
+    """Return the position on a ray, t steps behind the first sample."""
+    return (
+        ray.start[0] + t * ray.step[0],
+        ray.start[1] + t * ray.step[1],
+        ray.start[2] + t * ray.step[2],
+    )
+
+
+@inlined
+def dot(a, b):
+    """Return the product of two vectors."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@inlined
+def times(a, b):
+    """Return the products of two vectors' components."""
+    return a[0] * b[0], a[1] * b[1], a[2] * b[2]
+
+
+@inlined
+def _clip(eye, direction, first, last, near, far):
     """Clip a ray's interval to the slab between two opposite planes."""
     if direction == 0.0:
         # Parallel to the faces: a division would give 0 / 0 for a ray within one.
@@ -146,37 +157,38 @@ def _clip(eye: float, direction: float, first: float, last: float, near: float, 
 
 
 @inlined
-def step_along(step: float) -> Any:
+def step_along(step):
     """Return a step along an axis, 0 if it is too short to be divided by."""
     return np.float32(step) if abs(step) > TINY else ZERO
 
 
 @inlined
-def inverse_step(step: Any) -> Any:
+def inverse_step(step):
     """Return the reciprocal of a step, :data:`HUGE` for 0."""
     return ONE / step if step != ZERO else HUGE
 
 
 @inlined
-def skip_empty(medium: Any, ray: Any, k: int) -> int:
-    """Return the first sample behind the empty block of cells around sample k, or k if none is."""
-    t = min(np.float32(k), ray.last)
+def next_visible(medium, ray, k):
+    """Return the first sample from k on outside empty blocks of cells; else the count or more."""
     shift, cell_shape = medium.shift, medium.cell_shape
-    cx = int(ray.start[0] + t * ray.step[0]) >> shift
-    cy = int(ray.start[1] + t * ray.step[1]) >> shift
-    cz = int(ray.start[2] + t * ray.step[2]) >> shift
-    # Rounding may put a sample just outside the grid.
-    cx, cy, cz = min(cx, cell_shape[0] - 1), min(cy, cell_shape[1] - 1), min(cz, cell_shape[2] - 1)
-    distance = int(medium.cells[np.uint64(cx + cell_shape[0] * (cy + cell_shape[1] * cz))])
-    if distance <= 0:
-        return k
-    x = np.float32(((cx + distance) if ray.step[0] >= ZERO else (cx - distance + 1)) << shift)
-    y = np.float32(((cy + distance) if ray.step[1] >= ZERO else (cy - distance + 1)) << shift)
-    z = np.float32(((cz + distance) if ray.step[2] >= ZERO else (cz - distance + 1)) << shift)
-    leave = min(
-        (x - ray.start[0]) * ray.inverse[0],
-        (y - ray.start[1]) * ray.inverse[1],
-        (z - ray.start[2]) * ray.inverse[2],
-    )
-    # Advance by at least one sample in spite of rounding.
-    return max(int(min(leave, np.float32(ray.count))), k) + 1
+    while k < ray.count:
+        x, y, z = place_on(ray, min(np.float32(k), ray.last))
+        # Rounding may put a sample just outside the grid.
+        cx = min(int(x) >> shift, cell_shape[0] - 1)
+        cy = min(int(y) >> shift, cell_shape[1] - 1)
+        cz = min(int(z) >> shift, cell_shape[2] - 1)
+        distance = int(medium.cells[np.uint64(cx + cell_shape[0] * (cy + cell_shape[1] * cz))])
+        if distance <= 0:
+            return k
+        x = np.float32(((cx + distance) if ray.step[0] >= ZERO else (cx - distance + 1)) << shift)
+        y = np.float32(((cy + distance) if ray.step[1] >= ZERO else (cy - distance + 1)) << shift)
+        z = np.float32(((cz + distance) if ray.step[2] >= ZERO else (cz - distance + 1)) << shift)
+        leave = min(
+            (x - ray.start[0]) * ray.inverse[0],
+            (y - ray.start[1]) * ray.inverse[1],
+            (z - ray.start[2]) * ray.inverse[2],
+        )
+        # Advance by at least one sample in spite of rounding.
+        k = max(int(min(leave, np.float32(ray.count))), k) + 1
+    return k

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import replace
-from functools import lru_cache, partial
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -27,11 +27,24 @@ from model.rendering.raycast.classification import (
     color_table,
     level_table,
 )
-from model.rendering.raycast.illumination import UNLIT, Illumination, SceneLight
+from model.rendering.raycast.illumination import (
+    COARSE,
+    LONGEST_AXIS,
+    Illumination,
+    gradient_light,
+    travel_direction,
+)
 from model.rendering.raycast.marching import draw_rows
 from model.rendering.raycast.rays import Medium, camera_array
-from model.rendering.raycast.shading import NO_GRID
-from model.rendering.scalars import KERNEL_TYPES, marks_of, renderable_scalars
+from model.rendering.raycast.shading import NO_GRID, NO_LIGHT, Light, LightGrid
+from model.rendering.scalars import (
+    KERNEL_TYPES,
+    LABEL_NOISE,
+    marks_of,
+    noise_of,
+    renderable_scalars,
+)
+from model.scene.clip_plane import ShownPart
 from model.scene.inputs import SceneInputs
 from model.scene.mask import Mask, hidden_voxels
 from model.scene.scene import LightDirection, Lighting
@@ -53,22 +66,63 @@ NO_CHANGES = NO_GRID._replace(grid=np.empty((0, 0), dtype=np.float32))
 """Given to kernels in place of what a scene does not have or what is not asked for."""
 
 
-class _Shown(NamedTuple):
+class Shown(NamedTuple):
     """What depends on which voxels are shown."""
 
-    missing: NDArray[np.uint8]
+    marks: NDArray[np.uint8]
     cells: MinMaxCells
     classifier: Classifier
-    light: SceneLight
+    illumination: Callable[[int], Illumination]
+    """Soft light on a grid of so many nodes along its longest axis; the grids are kept."""
+
+
+class KernelVoxels:
+    """A volume's voxels as kernels take them; of what is shown, the whole and the newest mask's."""
+
+    def __init__(self, volume: Volume, executor: Executor) -> None:
+        self._volume = volume
+        self.scalars, (lo, hi) = scalars, _ = renderable_scalars(volume, KERNEL_TYPES)
+        bins = lo, (TF_SAMPLES - 1) / (hi - lo)
+        self.width = hi - lo
+        self._scale = np.float32(lo), np.float32(bins[1] * LEVELS_PER_BIN)
+
+        # Without this object itself: in a circle its voxels would outlive it.
+        def under(mask: Mask | None) -> Shown:
+            hidden = hidden_voxels(volume, mask)
+            cells = MinMaxCells(scalars, bins, executor, hidden)
+
+            def lit(longest: int) -> Illumination:
+                return Illumination(scalars, bins, volume, executor, longest, hidden)
+
+            marks = marks_of(volume, mask)
+            return Shown(marks, cells, Classifier(volume, cells), lru_cache(lit))
+
+        self.under = lru_cache(maxsize=2)(under)
+
+    def medium(
+        self, inputs: SceneInputs, opacity: NDArray[np.float32], cells: NDArray[np.int8]
+    ) -> Medium:
+        """Return the volume for kernels: with samples' opacities, and cells that are visible."""
+        shown = self.under(inputs.mask)
+        return Medium(
+            self.scalars.reshape(-1),
+            self._volume.dimensions,
+            self._scale,
+            shown.marks,
+            cells,
+            shown.cells.shape,
+            SHIFT,
+            opacity,
+            inputs.is_nearest(self._volume),
+        )
 
 
 class RaycastRenderer:
     """Renders one volume under no, direct or soft light, on CPU threads.
 
-    TFs lie over the volume's scalar range; what is interpolated beyond it looks as its ends do. The
-    light is that of inputs without one. Distances between samples are in voxels; there is a thread
-    per processor by default. Raises :class:`RenderError` for path-traced light. `skip_empty` and
-    `terminate_early` can be switched off for measurements.
+    The light is that of inputs without one. Distances between samples are in voxels; there is a
+    thread per processor by default. `skip_empty` and `terminate_early` can be switched off for
+    measurements.
     """
 
     def __init__(
@@ -89,27 +143,18 @@ class RaycastRenderer:
         self.skip_empty = self.terminate_early = True
         self._go_on: Callable[[], object] = lambda: None
         self._volume = volume
+        self._lighting, self._default = lighting, light or LightDirection()
         threads = threads or os.cpu_count() or 1
-        executor = self._executor = ThreadPoolExecutor(threads, thread_name_prefix="raycast")
-        scalars, (lo, hi) = renderable_scalars(volume, KERNEL_TYPES)
-        self._voxels = scalars.reshape(-1)
-        bins = (lo, (TF_SAMPLES - 1) / (hi - lo))
-        self._scale = np.float32(lo), np.float32(bins[1] * LEVELS_PER_BIN)
+        self._executor = ThreadPoolExecutor(threads, thread_name_prefix="raycast")
+        self._voxels = KernelVoxels(volume, self._executor)
+        self._noise = noise_of(self._voxels.scalars) if lighting == "direct" else 0.0
         self._is_coarsely_lit = False
-
-        # Without the renderer itself: in a circle its voxels would outlive it.
-        def under(mask: Mask | None) -> _Shown:
-            hidden = hidden_voxels(volume, mask)
-            cells = MinMaxCells(scalars, bins, executor, hidden)
-            grid = partial(Illumination, scalars, bins, volume, executor, missing=hidden)
-            lit = SceneLight(volume, scalars, lighting, light or LightDirection(), grid)
-            return _Shown(marks_of(volume, mask), cells, Classifier(volume, cells), lit)
-
-        # Of the whole volume, and under the newest mask.
-        self._under = lru_cache(maxsize=2)(under)
         self.differentiates_windows = lighting != "soft"
         """Whether many windows are as fast as one; soft light is taken back for each of them."""
-        self._under(None)
+        # What the first image needs is made before it.
+        first = self._voxels.under(None)
+        if lighting == "soft":
+            first.illumination(LONGEST_AXIS)
 
     @property
     def scalar_range(self) -> Range:
@@ -178,9 +223,8 @@ class RaycastRenderer:
         """
         gradients, energies, by_light = self._differentiated(inputs, size, windows)
         gradient = gradients.sum(axis=0)
-        light = self._lit(inputs)
-        if light.grid is not None:
-            gradient += light.grid.pass_back(*light.soft_inputs(inputs), by_light, inputs.part)
+        if (grid := self._light_grid(inputs)) is not None:
+            gradient += grid.pass_back(*self._soft_inputs(inputs), by_light)
         return gradient, float(energies.sum())
 
     def _differentiated(
@@ -194,12 +238,12 @@ class RaycastRenderer:
         gradients = np.empty((len(windows), TF_SAMPLES))
         energies = np.empty(len(windows))
         unedited = Edits(*band_of(np.zeros((1, TF_SAMPLES))), NO_CHANGES), NO_SQUARES
-        grid = self._lit(inputs).grid
+        grid = self._light_grid(inputs)
         shape = (0, 0, 0) if grid is None else grid.shape
-        run: Any = differentiate_windows
 
         def add(part: slice, nodes: NDArray[np.float64]) -> None:
-            run(*arguments, windows[part], gradients[part], energies[part], nodes, *unedited)
+            found = gradients[part], energies[part], nodes
+            differentiate_windows(*arguments, windows[part], *found, *unedited)
 
         by_light = self._sum(len(windows), math.prod(shape), add).reshape(shape)
         gradients *= self._classified(inputs).derivative
@@ -214,34 +258,25 @@ class RaycastRenderer:
     ) -> NDArray[np.float64]:
         """Sum of the squared changes (n,) of windows of the image by edits (n, 256).
 
-        It is over the windows' pixels and colour channels. Edits are differences of opacity (per
-        voxel length) over the scalar range; those that change one bin must follow one another, as
-        those around increasing values do, and be no more than
-        :data:`model.rendering.raycast.differentiation.BAND`.
+        Edits are differences of opacity (per voxel length) over the scalar range; those that change
+        one bin must follow one another, and be no more than :data:`differentiation.BAND`.
         """
-        from model.rendering.raycast.differentiation import (
-            BAND,
-            Edits,
-            band_of,
-            differentiate_windows,
-        )
+        from model.rendering.raycast import differentiation as kernels
 
         arguments = self._path_arguments(inputs, size)
-        by_bin, begin = band_of(edits * self._classified(inputs).derivative)
-        count = max(int(begin.max()) + BAND, len(edits))
-        turns, light = NO_CHANGES, self._lit(inputs)
-        if light.grid is not None:
+        by_bin, begin = kernels.band_of(edits * self._classified(inputs).derivative)
+        count = max(int(begin.max()) + kernels.BAND, len(edits))
+        turns, is_fine = NO_CHANGES, Raster.of(size).shorter >= FINE_FROM
+        if (grid := self._light_grid(inputs, is_coarse=not is_fine)) is not None:
             padded = np.zeros((count, TF_SAMPLES), dtype=np.float32)
             padded[: len(edits)] = edits
-            is_fine = Raster.of(size).shorter >= FINE_FROM
-            grid = light.grid if is_fine else light.coarse_grid()
-            turns = grid.changes(*light.soft_inputs(inputs), padded, inputs.part)
-        run: Any = differentiate_windows
+            turns = grid.changes(*self._soft_inputs(inputs), padded)
 
         def add(part: slice, squares: NDArray[np.float64]) -> None:
             shown = windows[part]
             unused = np.empty((len(shown), TF_SAMPLES)), np.empty(len(shown)), NO_NODES
-            run(*arguments, shown, *unused, Edits(by_bin, begin, turns), squares)
+            edited = kernels.Edits(by_bin, begin, turns)
+            kernels.differentiate_windows(*arguments, shown, *unused, edited, squares)
 
         return self._sum(len(windows), count, add)[: len(edits)]
 
@@ -257,28 +292,27 @@ class RaycastRenderer:
         distance, volume, raster = self.sample_distance, self._volume, Raster.of(size)
         classified = self._classified(inputs)
         changes = level_table(edit * classified.derivative)
+        classifier = self._voxels.under(inputs.mask).classifier
         shown = classified.opacity + abs(changes)
-        image = np.empty((*raster.shape, 3), dtype=np.float32)
-        light, turn = self._lit(inputs), NO_GRID
-        lit = light.of(inputs, classified)
-        if light.grid is not None:
+        cells = classifier.cells_around(shown, distance, self.skip_empty)
+        light, glow = self._lit(inputs, classified)
+        turn = NO_GRID
+        if (grid := self._light_grid(inputs)) is not None:
             edits = np.asarray(edit, dtype=np.float32)[None]
-            turn = light.grid.changes(*light.soft_inputs(inputs), edits, inputs.part)
+            turn = grid.changes(*self._soft_inputs(inputs), edits)
             turn = turn._replace(grid=turn.grid.reshape(-1))
         arguments = (
-            self._medium(
-                inputs,
-                classified.opacity,
-                self._under(inputs.mask).classifier.cells_around(shown, distance, self.skip_empty),
-            ),
+            self._voxels.medium(inputs, classified.opacity, cells),
             changes,
             color_table(inputs.color_tf, volume.scalar_range),
-            *lit.filled,
+            light or NO_LIGHT,
+            glow or NO_GRID,
             turn,
             np.float32(least_transparency(distance)),
             self._camera(inputs, raster),
             distance * volume.voxel_size,
         )
+        image = np.empty((*raster.shape, 3), dtype=np.float32)
         self._run(change_rows, arguments, image)
         return image
 
@@ -294,15 +328,14 @@ class RaycastRenderer:
         distance, volume, raster = self.sample_distance, self._volume, Raster.of(size)
         classified = self._classified(inputs)
         arguments = (
-            self._medium(inputs, classified.opacity, classified.cells),
+            self._voxels.medium(inputs, classified.opacity, classified.cells),
             self._camera(inputs, raster),
             distance * volume.voxel_size,
             raster.columns,
         )
-        run: Any = add_visibility
 
         def add(part: slice, visible: NDArray[np.float64]) -> None:
-            run(*arguments, windows[part], visible)
+            add_visibility(*arguments, windows[part], visible)
 
         return self._sum(len(windows), TF_SAMPLES, add)
 
@@ -338,9 +371,9 @@ class RaycastRenderer:
         image = np.empty((*raster.shape, 4), dtype=np.float32)
         volume, classified = self._volume, self._classified(inputs, distance)
         arguments = (
-            self._medium(inputs, classified.opacity, classified.cells),
+            self._voxels.medium(inputs, classified.opacity, classified.cells),
             color_table(inputs.color_tf, volume.scalar_range, classified.opacity),
-            *(self._lit(inputs).of(inputs, classified) if lit else UNLIT),
+            *(self._lit(inputs, classified) if lit else (None, None)),
             np.float32(LARGEST_ERROR / 2 if self.terminate_early else 0),
             self._camera(inputs, raster),
             distance * volume.voxel_size,
@@ -385,10 +418,12 @@ class RaycastRenderer:
         volume, distance, raster = self._volume, self.sample_distance, Raster.of(size)
         step = distance * volume.voxel_size
         classified = self._classified(inputs)
+        light, glow = self._lit(inputs, classified)
         return (
-            self._medium(inputs, classified.opacity, classified.cells),
+            self._voxels.medium(inputs, classified.opacity, classified.cells),
             color_table(inputs.color_tf, volume.scalar_range),
-            *self._lit(inputs).of(inputs, classified).filled,
+            light or NO_LIGHT,
+            glow or NO_GRID,
             np.float32(least_transparency(distance)),
             self._camera(inputs, raster),
             step,
@@ -399,28 +434,32 @@ class RaycastRenderer:
     def _classified(self, inputs: SceneInputs, distance: float | None = None) -> Classification:
         """Classify the samples under a scene's TF; the renderer's own distance by default."""
         apart = distance or self.sample_distance
-        classifier = self._under(inputs.mask).classifier
+        classifier = self._voxels.under(inputs.mask).classifier
         return classifier.classified(inputs.opacity_tf, apart, self.skip_empty)
 
-    def _lit(self, inputs: SceneInputs) -> SceneLight:
-        """Light of a scene's volume as its mask leaves it."""
-        light = self._under(inputs.mask).light
-        light.is_coarse = self._is_coarsely_lit
-        return light
+    def _lit(
+        self, inputs: SceneInputs, classified: Classification
+    ) -> tuple[Light | None, LightGrid | None]:
+        """Return a scene's light on surfaces by their gradient, and soft light; None without it."""
+        if self._lighting == "direct":
+            noise = LABEL_NOISE if inputs.is_nearest(self._volume) else self._noise
+            travel = travel_direction(inputs.view, inputs.light or self._default)
+            surface = self._volume, inputs.part, noise, classified.brightest
+            return gradient_light(travel, *surface), None
+        if (grid := self._light_grid(inputs)) is not None:
+            return None, grid.grid(*self._soft_inputs(inputs), classified.brightest)
+        return None, None
 
-    def _medium(
-        self, inputs: SceneInputs, opacity: NDArray[np.float32], cells: NDArray[np.int8]
-    ) -> Medium:
-        """Return the volume as kernels read it: samples' opacities, and cells that are visible."""
-        shown = self._under(inputs.mask)
-        return Medium(
-            self._voxels,
-            self._volume.dimensions,
-            self._scale,
-            shown.missing,
-            cells,
-            shown.cells.shape,
-            SHIFT,
-            opacity,
-            inputs.is_nearest(self._volume),
-        )
+    def _light_grid(self, inputs: SceneInputs, is_coarse: bool = False) -> Illumination | None:
+        """Return the grid of soft light in a scene's voxels; None under another light."""
+        if self._lighting != "soft":
+            return None
+        longest = COARSE if is_coarse or self._is_coarsely_lit else LONGEST_AXIS
+        return self._voxels.under(inputs.mask).illumination(longest)
+
+    def _soft_inputs(
+        self, inputs: SceneInputs
+    ) -> tuple[NDArray[np.float64], NDArray[np.float32], ShownPart]:
+        """Return what soft light depends on: where it travels, opacities, and the shown part."""
+        travel = travel_direction(inputs.view, inputs.light or self._default)
+        return travel, inputs.opacity_tf.sample(self._volume.scalar_range), inputs.part

@@ -8,9 +8,28 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from model.compilation import called, inlined
-from model.rendering.raycast.trilinear import clamp, interpolate_inside, locate, nearest_of
+from model.rendering.raycast.rays import ONE, ZERO, dot, place_on, times
+from model.rendering.raycast.trilinear import (
+    HALF,
+    clamp,
+    interpolate_inside,
+    locate,
+    nearest_of,
+    value_at,
+)
+from model.scene.clip_plane import ShownPart
+from model.scene.volume import Volume
 
-ZERO, HALF, ONE, TWO = np.float32(0), np.float32(0.5), np.float32(1), np.float32(2)
+TWO = np.float32(2)
+
+
+class Faces(NamedTuple):
+    """Faces of what is shown, which are surfaces, too."""
+
+    low: Any
+    high: Any  # tuples of 3 float32: least and greatest corner, in voxels
+    plane: Any  # tuple of 4 float32: the clipping plane in voxels, see `ShownPart.plane`
+    normal: Any  # tuple of 3 float32: its normal in world coordinates
 
 
 class Light(NamedTuple):
@@ -18,141 +37,108 @@ class Light(NamedTuple):
 
     travel: Any  # tuple of 3 float32: unit vector in world coordinates in which the light travels
     spacing: Any  # tuple of 3 float32: voxel spacing along x, y and z
-    slope: Any
-    """Tuple of 3 float32: factors that convert differences between voxels to the gradient."""
+    slope: Any  # tuple of 3 float32: factors from differences between voxels to the gradient
     diffuse: Any
     specular: Any  # float32: coefficients; like VTK, there is no ambient term for a distant light
     power: Any  # int: of the gloss; even
-    low: Any
-    high: Any
-    """Tuple of 3 float32: least and greatest corner of what is shown, in voxels: its faces are
-    surfaces, too."""
-    plane: Any
-    """Tuple of 4 float32: the clipping plane, another face, in voxels; see
-    :meth:`model.scene.clip_plane.ShownPart.plane`."""
-    normal: Any  # tuple of 3 float32: the clipping plane's normal in world coordinates
+    faces: Any  # Faces
     noise: Any
     """Float32: fourth power of the gradient, in differences of voxels, at which its direction
     counts for a half; 0 where every one counts."""
-    dim: Any
-    """Float32: how bright the image can be, 0 to 1, see
-    :meth:`model.rendering.raycast.renderer.RaycastRenderer`: in a faint one fainter samples
-    count."""
-    shines: Any
-    """Bool: whether there is this light; some kernels take one of the same type where there is
-    none."""
+    dim: Any  # float32: how bright the image can be, 0 to 1: in a faint one fainter samples count
+    shines: Any  # bool: whether there is this light, where kernels take one in any case
 
 
 class LightGrid(NamedTuple):
     """Light that reaches the points of the volume, on a coarse grid."""
 
-    grid: Any
-    """Float32, 1-D: factors of the colour, in [0, 1], x fastest; empty where there is no such
-    light."""
+    grid: Any  # float32, 1-D: factors of the colour, in [0, 1], x fastest; empty without such light
     shape: Any  # tuple of 3 int: number of grid nodes along x, y and z
     scale: Any  # tuple of 3 float32: grid steps per voxel along x, y and z
-    dim: Any
+    dim: Any  # as of Light
 
 
 _NOWHERE = (ZERO, ZERO, ZERO)
-_PLANE = (ZERO, ZERO, ZERO, ZERO)
-NO_LIGHT = Light(
-    _NOWHERE, _NOWHERE, _NOWHERE, ZERO, ZERO, 0, _NOWHERE, _NOWHERE, _PLANE, _NOWHERE, ZERO, ONE,
-    False,
-)  # fmt: skip
+_FACELESS = Faces(_NOWHERE, _NOWHERE, (ZERO, ZERO, ZERO, ZERO), _NOWHERE)
+NO_LIGHT = Light(_NOWHERE, _NOWHERE, _NOWHERE, ZERO, ZERO, 0, _FACELESS, ZERO, ONE, False)
 NO_GRID = LightGrid(np.empty(0, dtype=np.float32), (0, 0, 0), _NOWHERE, ONE)
 """Given to kernels in place of a light that a scene does not have."""
 
 
+def faces_of(part: ShownPart, volume: Volume) -> Faces:
+    """Return the faces of what is shown of a volume."""
+    low, high = part.corners(volume)
+    ends = low, high, part.plane(volume), part.normal
+    return Faces(*(tuple(map(np.float32, each)) for each in ends))
+
+
 @inlined
-def received(glow: Any, ray: Any, k: Any) -> Any:
+def received(glow, ray, k):
     """Return the light that reaches sample k."""
-    return interpolate_inside(
-        glow.grid,
-        glow.shape,
-        (ray.start[0] + k * ray.step[0]) * glow.scale[0],
-        (ray.start[1] + k * ray.step[1]) * glow.scale[1],
-        (ray.start[2] + k * ray.step[2]) * glow.scale[2],
-    )
+    place, weights = light_place(glow, ray, k)
+    return value_at(glow.grid, glow.shape, place, weights)
 
 
 @inlined
-def light_place(glow: Any, ray: Any, k: Any) -> Any:
+def light_place(glow, ray, k):
     """Return the node of the light's grid before sample k, and the weights of the next ones."""
-    return locate(
-        glow.shape,
-        clamp((ray.start[0] + k * ray.step[0]) * glow.scale[0], glow.shape[0]),
-        clamp((ray.start[1] + k * ray.step[1]) * glow.scale[1], glow.shape[1]),
-        clamp((ray.start[2] + k * ray.step[2]) * glow.scale[2], glow.shape[2]),
-    )
+    (nx, ny, nz), (x, y, z) = glow.shape, times(place_on(ray, k), glow.scale)
+    return locate(glow.shape, clamp(x, nx), clamp(y, ny), clamp(z, nz))
 
 
 @inlined
-def corner_of(glow: Any, place: Any, fx: Any, fy: Any, fz: Any, corner: int) -> Any:
+def corner_of(glow, place, weights, corner):
     """Return one of the eight nodes around a place, and its weight there."""
     right, above, behind = corner & 1, (corner >> 1) & 1, corner >> 2
-    share = fx if right else ONE - fx
-    share *= fy if above else ONE - fy
-    share *= fz if behind else ONE - fz
+    share = weights[0] if right else ONE - weights[0]
+    share *= weights[1] if above else ONE - weights[1]
+    share *= weights[2] if behind else ONE - weights[2]
     at = place + np.uint64(right) + np.uint64(above) * np.uint64(glow.shape[0])
     return at + np.uint64(behind) * np.uint64(glow.shape[0] * glow.shape[1]), share
 
 
 @inlined
-def reflect(medium: Any, light: Any, ray: Any, k: Any) -> Any:
+def reflect(medium, light, ray, k):
     """Diffuse factor and white gloss of sample k; both sides of a surface are lit.
 
     The gradient gives the normal, as far as it is more than noise: where it is not, the sample is
     lit evenly. Within half a voxel of a face of what is shown, the face's normal counts instead,
     and less and less up to a voxel.
     """
-    x = ray.start[0] + k * ray.step[0]
-    y = ray.start[1] + k * ray.step[1]
-    z = ray.start[2] + k * ray.step[2]
-    nx, ny, nz = gradient(medium, x, y, z)
-    change = nx * nx + ny * ny + nz * nz
+    x, y, z = place_on(ray, k)
+    normal = gradient(medium, x, y, z)
+    change = dot(normal, normal)
     change *= change
     diffuse, gloss = HALF * light.diffuse, ZERO
     if change > ZERO:
-        nx, ny, nz = nx * light.slope[0], ny * light.slope[1], nz * light.slope[2]
-        diffuse, gloss = mirror(light, ray, nx, ny, nz)
+        diffuse, gloss = mirror(light, ray, times(normal, light.slope))
         if light.noise > ZERO:
             share = change / (change + light.noise)
             even = HALF * light.diffuse
             diffuse = even + share * (diffuse - even)
             gloss *= share
-    low, high = light.low, light.high
-    bx = min(x - low[0], high[0] - x)
-    by = min(y - low[1], high[1] - y)
-    bz = min(z - low[2], high[2] - z)
-    bn = depth_below(light.plane, x, y, z)
+    bx, by, bz, bn = depths_below(light.faces, x, y, z)
     if min(min(bx, bn), min(by, bz)) < ONE:
         return _by_faces(light, ray, (bx, by, bz, bn), diffuse, gloss)
     return diffuse, gloss
 
 
 @called
-def _by_faces(light: Any, ray: Any, depths: Any, diffuse: Any, gloss: Any) -> Any:
+def _by_faces(light, ray, depths, diffuse, gloss):
     """Diffuse factor and gloss of a sample next to faces of what is shown."""
     bx, by, bz, bn = depths
     bx, by, bz, bn = nearness(bx), nearness(by), nearness(bz), nearness(bn)
-    nx, ny, nz = light.normal
     lx, ly, lz = light.travel
-    vx, vy, vz = (
-        ray.step[0] * light.spacing[0],
-        ray.step[1] * light.spacing[1],
-        ray.step[2] * light.spacing[2],
-    )
+    v = times(ray.step, light.spacing)
     total, share = bx + by + bz + bn, max(max(bx, bn), max(by, bz))
-    across = nx * lx + ny * ly + nz * lz
+    across = dot(light.faces.normal, light.travel)
     flat = (bx * abs(lx) + by * abs(ly) + bz * abs(lz) + bn * abs(across)) * light.diffuse
     # The light mirrored by a face has its component along the axis, and minus the others.
-    passing = lx * vx + ly * vy + lz * vz
-    length = vx * vx + vy * vy + vz * vz
-    shine = bx * highlight(TWO * lx * vx - passing, length, light.power)
-    shine += by * highlight(TWO * ly * vy - passing, length, light.power)
-    shine += bz * highlight(TWO * lz * vz - passing, length, light.power)
-    along = TWO * across * (nx * vx + ny * vy + nz * vz) - passing
+    passing, length = dot(light.travel, v), dot(v, v)
+    shine = bx * highlight(TWO * lx * v[0] - passing, length, light.power)
+    shine += by * highlight(TWO * ly * v[1] - passing, length, light.power)
+    shine += bz * highlight(TWO * lz * v[2] - passing, length, light.power)
+    along = TWO * across * dot(light.faces.normal, v) - passing
     shine += bn * highlight(along, length, light.power)
     diffuse += share * (flat / total - diffuse)
     gloss += share * (light.specular * shine / total - gloss)
@@ -160,48 +146,55 @@ def _by_faces(light: Any, ray: Any, depths: Any, diffuse: Any, gloss: Any) -> An
 
 
 @inlined
-def depth_below(plane: Any, x: Any, y: Any, z: Any) -> Any:
+def depth_below(plane, x, y, z):
     """Return how many voxels a place is behind a clipping plane, on the side that is shown."""
     return plane[3] - (plane[0] * x + plane[1] * y + plane[2] * z)
 
 
 @inlined
-def nearness(depth: Any) -> Any:
+def depths_below(faces, x, y, z):
+    """Return how many voxels a place is behind faces across x, y and z, and behind the plane."""
+    low, high = faces.low, faces.high
+    bx, by, bz = (
+        min(x - low[0], high[0] - x),
+        min(y - low[1], high[1] - y),
+        min(z - low[2], high[2] - z),
+    )
+    return bx, by, bz, depth_below(faces.plane, x, y, z)
+
+
+@inlined
+def nearness(depth):
     """Return how much a face counts so many voxels behind it: 1 up to a half, 0 from one on."""
     return min(max(TWO - TWO * depth, ZERO), ONE)
 
 
 @inlined
-def highlight(along: Any, square: Any, power: int) -> Any:
+def highlight(along, square, power):
     """Return a power of the cosine of two directions, from their product and squared lengths."""
     return half_power(along * along / square, power) if along > ZERO else ZERO
 
 
 @inlined
-def mirror(light: Any, ray: Any, nx: Any, ny: Any, nz: Any) -> Any:
+def mirror(light, ray, normal):
     """Diffuse factor and white gloss of a surface with a normal, of any length above 0."""
-    square = nx * nx + ny * ny + nz * nz
-    inverse = ONE / math.sqrt(square)
-    lx, ly, lz = light.travel
-    across = (nx * lx + ny * ly + nz * lz) * inverse
+    inverse = ONE / math.sqrt(dot(normal, normal))
+    across = dot(normal, light.travel) * inverse
     # Mirrored about the normal, as VTK does it: on the far side with the sign left out.
     twice = TWO * abs(across) * inverse
-    mx, my, mz = twice * nx - lx, twice * ny - ly, twice * nz - lz
-    vx, vy, vz = (
-        ray.step[0] * light.spacing[0],
-        ray.step[1] * light.spacing[1],
-        ray.step[2] * light.spacing[2],
-    )
-    along = mx * vx + my * vy + mz * vz
+    (nx, ny, nz), (lx, ly, lz) = normal, light.travel
+    m = twice * nx - lx, twice * ny - ly, twice * nz - lz
+    v = times(ray.step, light.spacing)
+    along = dot(m, v)
     if not along > ZERO:
         return light.diffuse * abs(across), ZERO
     # On the far side the mirrored direction is longer than 1.
-    along *= along / ((mx * mx + my * my + mz * mz) * (vx * vx + vy * vy + vz * vz))
+    along *= along / (dot(m, m) * dot(v, v))
     return light.diffuse * abs(across), light.specular * half_power(along, light.power)
 
 
 @inlined
-def half_power(square: Any, power: int) -> Any:
+def half_power(square, power):
     """Return a number to an even power, from its square, by few multiplications."""
     result, rest = ONE, power >> 1
     while rest > 0:
@@ -213,7 +206,7 @@ def half_power(square: Any, power: int) -> Any:
 
 
 @inlined
-def gradient(medium: Any, x: Any, y: Any, z: Any) -> Any:
+def gradient(medium, x, y, z):
     """Interpolate the differences between the next and the previous voxel along each axis.
 
     That is the same as the difference of the field interpolated a voxel further and a voxel
@@ -233,7 +226,7 @@ def gradient(medium: Any, x: Any, y: Any, z: Any) -> Any:
         gz = interpolate_inside(voxels, shape, x, y, z + ONE)
         gz -= interpolate_inside(voxels, shape, x, y, z - ONE)
         return gx, gy, gz
-    place, fx, fy, fz = locate(shape, x, y, z)
+    place, (fx, fy, fz) = locate(shape, x, y, z)
     row, layer = np.uint64(shape[0]), np.uint64(shape[0] * shape[1])
     # In the nearest row, the next row, the next layer, and the next row of that one.
     slope0, value0 = _along_x(voxels, place, fx)
@@ -242,37 +235,23 @@ def gradient(medium: Any, x: Any, y: Any, z: Any) -> Any:
     slope3, value3 = _along_x(voxels, place + layer + row, fx)
     near = slope0 + fy * (slope1 - slope0)
     gx = near + fz * (slope2 + fy * (slope3 - slope2) - near)
-    near = _change(
-        _pair(voxels, place - row, fx), value0, value1, _pair(voxels, place + row + row, fx), fy
-    )
-    far = _change(
-        _pair(voxels, place + layer - row, fx),
-        value2,
-        value3,
-        _pair(voxels, place + layer + row + row, fx),
-        fy,
-    )
+    before, behind = _pair(voxels, place - row, fx), _pair(voxels, place + row + row, fx)
+    near = _change(before, value0, value1, behind, fy)
+    before = _pair(voxels, place + layer - row, fx)
+    behind = _pair(voxels, place + layer + row + row, fx)
+    far = _change(before, value2, value3, behind, fy)
     gy = near + fz * (far - near)
-    near = _change(
-        _pair(voxels, place - layer, fx),
-        value0,
-        value2,
-        _pair(voxels, place + layer + layer, fx),
-        fz,
-    )
-    far = _change(
-        _pair(voxels, place + row - layer, fx),
-        value1,
-        value3,
-        _pair(voxels, place + row + layer + layer, fx),
-        fz,
-    )
+    before, behind = _pair(voxels, place - layer, fx), _pair(voxels, place + layer + layer, fx)
+    near = _change(before, value0, value2, behind, fz)
+    before = _pair(voxels, place + row - layer, fx)
+    behind = _pair(voxels, place + row + layer + layer, fx)
+    far = _change(before, value1, value3, behind, fz)
     gz = near + fy * (far - near)
     return gx, gy, gz
 
 
 @inlined
-def _along_x(voxels: Any, place: Any, fx: Any) -> Any:
+def _along_x(voxels, place, fx):
     """Interpolated difference along x within a row, and the row's interpolated value."""
     before = np.float32(voxels[place - np.uint64(1)])
     first = np.float32(voxels[place])
@@ -282,28 +261,28 @@ def _along_x(voxels: Any, place: Any, fx: Any) -> Any:
 
 
 @inlined
-def _pair(voxels: Any, place: Any, fx: Any) -> Any:
+def _pair(voxels, place, fx):
     first = np.float32(voxels[place])
     return first + fx * (np.float32(voxels[place + np.uint64(1)]) - first)
 
 
 @inlined
-def _change(before: Any, first: Any, second: Any, behind: Any, share: Any) -> Any:
+def _change(before, first, second, behind, share):
     """Interpolate between the central differences at the inner two of four values."""
     change = second - before
     return change + share * (behind - first - change)
 
 
 @called
-def _towards_own(voxels: Any, shape: Any, x: Any, y: Any, z: Any) -> Any:
+def _towards_own(voxels, shape, x, y, z):
     """Gradient of the share of the nearest voxel's label among the 64 around.
 
     They are weighted by a cubic B-spline, so that a staircase of voxels is a smooth surface. It
     does not depend on the TF, as the derivatives by it demand.
     """
     x, y, z = clamp(x, shape[0]), clamp(y, shape[1]), clamp(z, shape[2])
-    place, fx, fy, fz = locate(shape, x, y, z)
-    own = voxels[nearest_of(shape, place, fx, fy, fz)]
+    place, weights = locate(shape, x, y, z)
+    own = voxels[nearest_of(shape, place, weights)]
     i, j, k = np.int32(x), np.int32(y), np.int32(z)
     gx, gy, gz = ZERO, ZERO, ZERO
     for n in range(16):
@@ -324,7 +303,7 @@ def _towards_own(voxels: Any, shape: Any, x: Any, y: Any, z: Any) -> Any:
 
 
 @inlined
-def _spline(u: Any) -> Any:
+def _spline(u):
     """Cubic B-spline at a distance of up to 2, and its derivative."""
     t = abs(u)
     if t < ONE:

@@ -11,8 +11,6 @@ light it changes, too: the change of the light at the nodes of its grid is known
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from model.compilation import compiled
@@ -20,7 +18,7 @@ from model.rendering.raycast.batch import BATCH, fetch, stack_batch
 from model.rendering.raycast.classification import LEVELS_PER_BIN
 from model.rendering.raycast.differentiation import NEGLIGIBLE
 from model.rendering.raycast.marching import FAINT, opacity_of_part, slope_of_part
-from model.rendering.raycast.rays import ONE, ZERO, make_ray, skip_empty
+from model.rendering.raycast.rays import ONE, ZERO, make_ray, next_visible
 from model.rendering.raycast.shading import received, reflect
 from model.scene.transfer_function import TF_SAMPLES
 
@@ -28,36 +26,22 @@ _1, _2 = np.uint64(1), np.uint64(2)
 
 
 @compiled
-def change_rows(
-    medium: Any,
-    changes: Any,
-    colors: Any,
-    light: Any,
-    glow: Any,
-    turn_grid: Any,
-    least: Any,
-    camera: Any,
-    step: float,
-    rows: Any,
-    image: Any,
-) -> None:
+def change_rows(medium, changes, colors, light, glow, turn_grid, least, camera, step, rows, image):
     """Compute some rows of an image's change."""
     size = image.shape[1]
     levels, staging = stack_batch(medium.voxels, BATCH)
     seen, weights = np.empty(BATCH, dtype=np.float32), np.empty(BATCH, dtype=np.float32)
     glows = len(glow.grid) > 0
-    is_lit = light.shines or glows
     for row in range(rows[0], rows[1]):
         for column in range(size):
             ray, _ = make_ray(camera, step, column, row, size)
-            red = green = blue = ZERO
+            red = green = blue = white = ZERO
             through, change = ONE, ZERO
             k = 0
-            while k < ray.count and (through > NEGLIGIBLE or abs(change) > NEGLIGIBLE):
-                behind = skip_empty(medium, ray, k)
-                if behind > k:
-                    k = behind
-                    continue
+            while through > NEGLIGIBLE or abs(change) > NEGLIGIBLE:
+                k = next_visible(medium, ray, k)
+                if k >= ray.count:
+                    break
                 fetch(medium, ray, k, levels, staging)
                 count = min(BATCH, ray.count - k)
                 for m in range(count):
@@ -66,47 +50,35 @@ def change_rows(
                     if k + m == ray.count - 1:
                         da *= slope_of_part(a, ray.rest, least)
                         a = opacity_of_part(a, ray.rest)
-                    visible, weight = through * a, through * da + change * a
+                    seen[m], weights[m] = through * a, through * da + change * a
                     change = change * (ONE - a) - through * da
                     through *= ONE - a
-                    if is_lit:
-                        seen[m], weights[m] = visible, weight
-                    else:
-                        at = np.uint64(4) * level
-                        red += weight * colors[at]
-                        green += weight * colors[at + _1]
-                        blue += weight * colors[at + _2]
                 # A loop for each light: one that asks for it at each sample is much slower.
                 if glows:
                     for m in range(count):
                         if weights[m] != ZERO or seen[m] > FAINT:
                             t = min(np.float32(k + m), ray.last)
-                            d = weights[m] * received(glow, ray, t)
-                            d += seen[m] * received(turn_grid, ray, t)
-                            at = np.uint64(4) * np.uint64(np.uint32(levels[m]))
-                            red += d * colors[at]
-                            green += d * colors[at + _1]
-                            blue += d * colors[at + _2]
+                            weights[m] *= received(glow, ray, t)
+                            weights[m] += seen[m] * received(turn_grid, ray, t)
                 elif light.shines:
                     for m in range(count):
-                        weight = weights[m]
-                        if weight != ZERO:
-                            t = min(np.float32(k + m), ray.last)
-                            d, s = reflect(medium, light, ray, t)
-                            at = np.uint64(4) * np.uint64(np.uint32(levels[m]))
-                            red += weight * (d * colors[at] + s)
-                            green += weight * (d * colors[at + _1] + s)
-                            blue += weight * (d * colors[at + _2] + s)
+                        if weights[m] != ZERO:
+                            d, s = reflect(medium, light, ray, min(np.float32(k + m), ray.last))
+                            white += weights[m] * s
+                            weights[m] *= d
+                for m in range(count):
+                    at = np.uint64(4) * np.uint64(np.uint32(levels[m]))
+                    red += weights[m] * colors[at]
+                    green += weights[m] * colors[at + _1]
+                    blue += weights[m] * colors[at + _2]
                 k += BATCH
-            image[row, column, 0] = red
-            image[row, column, 1] = green
-            image[row, column, 2] = blue
+            image[row, column, 0] = red + white
+            image[row, column, 1] = green + white
+            image[row, column, 2] = blue + white
 
 
 @compiled
-def add_visibility(
-    medium: Any, camera: Any, step: float, size: int, windows: Any, visible: Any
-) -> None:
+def add_visibility(medium, camera, step, size, windows, visible):
     """Add the weight T_i a_i of each sample in windows to its two adjacent bins."""
     levels, staging = stack_batch(medium.voxels, BATCH)
     for n in range(len(windows)):
@@ -115,11 +87,10 @@ def add_visibility(
                 ray, _ = make_ray(camera, step, column, row, size)
                 through = ONE
                 k = 0
-                while k < ray.count and through > NEGLIGIBLE:
-                    behind = skip_empty(medium, ray, k)
-                    if behind > k:
-                        k = behind
-                        continue
+                while through > NEGLIGIBLE:
+                    k = next_visible(medium, ray, k)
+                    if k >= ray.count:
+                        break
                     fetch(medium, ray, k, levels, staging)
                     for m in range(min(len(levels), ray.count - k)):
                         a = medium.alphas[np.uint64(np.uint32(levels[m]))]

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from llvmlite import ir
 from numba import types
@@ -15,16 +13,16 @@ from model.rendering.scalars import MASKED, MISSING
 HALF = np.float32(0.5)
 
 
-def pair_type(array: Any) -> Any:
+def pair_type(array):
     """Return Numba's unsigned integer type with the width of two elements of an array."""
     return types.Integer.from_bitwidth(2 * array.dtype.bitwidth, signed=False)
 
 
-@intrinsic  # type: ignore[untyped-decorator]
-def load_pair(_context: Any, array: Any, index: Any) -> Any:
-    """Load two adjacent elements at once, as an unsigned integer; for CPUs only."""
+@intrinsic
+def load_pair(_context, array, index):
+    """Load two adjacent elements at once, as an unsigned integer."""
 
-    def load(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    def load(context, builder, signature, arguments):
         data = context.make_array(signature.args[0])(context, builder, arguments[0]).data
         place = builder.gep(data, [arguments[1]])
         both = context.get_value_type(signature.return_type)
@@ -34,11 +32,11 @@ def load_pair(_context: Any, array: Any, index: Any) -> Any:
     return pair_type(array)(array, index), load
 
 
-@intrinsic  # type: ignore[untyped-decorator]
-def _split(_context: Any, array: Any, both: Any) -> Any:
+@intrinsic
+def _split(_context, array, both):
     """Split a pair into two elements of the array's type."""
 
-    def take_apart(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    def take_apart(context, builder, signature, arguments):
         bits = array.dtype.bitwidth
         both, one = arguments[1], ir.IntType(bits)
         number = context.get_value_type(array.dtype)
@@ -51,14 +49,14 @@ def _split(_context: Any, array: Any, both: Any) -> Any:
 
 
 @inlined
-def halves(array: Any, both: Any) -> Any:
+def halves(array, both):
     """Return the two elements of a pair as float32."""
     first, second = _split(array, both)
     return np.float32(first), np.float32(second)
 
 
 @inlined
-def locate(shape: Any, x: Any, y: Any, z: Any) -> Any:
+def locate(shape, x, y, z):
     """Return the index of the voxel before a place along each axis, and the weights of the next.
 
     The place is 0 to length - 1 along each; outside by rounding errors, it is extrapolated. The
@@ -70,28 +68,38 @@ def locate(shape: Any, x: Any, y: Any, z: Any) -> Any:
     # Numba's default is 64 bits; rows need only 32, and twice as many fit into a vector.
     row = np.uint32(np.uint32(j) + np.uint32(np.uint32(shape[1]) * np.uint32(k)))
     place = np.uint64(np.uint32(i)) + np.uint64(np.uint32(shape[0])) * np.uint64(row)
-    return place, x - np.float32(i), y - np.float32(j), z - np.float32(k)
+    return place, (x - np.float32(i), y - np.float32(j), z - np.float32(k))
 
 
 @inlined
-def nearest_of(shape: Any, place: Any, fx: Any, fy: Any, fz: Any) -> Any:
+def rows_at(shape, place):
+    """Return where pairs along x begin: at a place, in the next row, in the next layer, in both."""
+    row, layer = np.uint64(shape[0]), np.uint64(shape[0] * shape[1])
+    return place, place + row, place + layer, place + layer + row
+
+
+@inlined
+def nearest_of(shape, place, weights):
     """Return the voxel nearest to what :func:`locate` found."""
-    place += np.uint64(fx >= HALF)
-    if fy >= HALF:
+    place += np.uint64(weights[0] >= HALF)
+    if weights[1] >= HALF:
         place += np.uint64(shape[0])
-    if fz >= HALF:
+    if weights[2] >= HALF:
         place += np.uint64(shape[0] * shape[1])
     return place
 
 
 @inlined
-def weight_of(is_nearest: Any, f: Any) -> Any:
-    """Return an interpolation weight, 0 or 1 where the nearest voxel alone counts."""
-    return np.float32(f >= HALF) if is_nearest else f
+def weights_of(is_nearest, weights):
+    """Return interpolation weights, 0 or 1 where the nearest voxel alone counts."""
+    x, y, z = weights
+    if is_nearest:
+        return np.float32(x >= HALF), np.float32(y >= HALF), np.float32(z >= HALF)
+    return x, y, z
 
 
 @inlined
-def is_hidden(hidden: Any, shape: Any, is_nearest: Any, place: Any, weights: Any) -> bool:
+def is_hidden(hidden, shape, is_nearest, place, weights):
     """Return whether a place that :func:`locate` found is hidden, by marks of voxels.
 
     It is where the nearest voxel is missing, and where the share of masked voxels, interpolated, is
@@ -99,30 +107,22 @@ def is_hidden(hidden: Any, shape: Any, is_nearest: Any, place: Any, weights: Any
     takes away what is nearer to it than to any other voxel, and as its value was replaced by that
     of those around it, samples next to it are what was measured there.
     """
-    fx, fy, fz = weights
-    if hidden[nearest_of(shape, place, fx, fy, fz)] & MISSING:
+    if hidden[nearest_of(shape, place, weights)] & MISSING:
         return True
-    row, layer = np.uint64(shape[0]), np.uint64(shape[0] * shape[1])
-    share = blend(
-        _masked(hidden, place),
-        _masked(hidden, place + row),
-        _masked(hidden, place + layer),
-        _masked(hidden, place + layer + row),
-        weight_of(is_nearest, fx),
-        weight_of(is_nearest, fy),
-        weight_of(is_nearest, fz),
-    )
-    return bool(share > HALF)
+    near, above, behind, both = rows_at(shape, place)
+    pairs = _masked(hidden, near), _masked(hidden, above), _masked(hidden, behind)
+    return blend(*pairs, _masked(hidden, both), weights_of(is_nearest, weights)) > HALF
 
 
 @inlined
-def _masked(hidden: Any, place: Any) -> Any:
+def _masked(hidden, place):
     return np.float32(hidden[place] & MASKED), np.float32(hidden[place + np.uint64(1)] & MASKED)
 
 
 @inlined
-def blend(near: Any, above: Any, behind: Any, both: Any, fx: Any, fy: Any, fz: Any) -> Any:
+def blend(near, above, behind, both, weights):
     """Interpolate between pairs along x: of the nearest row, next row, layer, and both."""
+    fx, fy, fz = weights
     v0 = near[0] + fx * (near[1] - near[0])
     v1 = above[0] + fx * (above[1] - above[0])
     w0 = behind[0] + fx * (behind[1] - behind[0])
@@ -133,33 +133,26 @@ def blend(near: Any, above: Any, behind: Any, both: Any, fx: Any, fy: Any, fz: A
 
 
 @inlined
-def interpolate(voxels: Any, shape: Any, x: Any, y: Any, z: Any) -> Any:
-    """Interpolate at a position inside a flat grid, x fastest; see :func:`locate`."""
-    place, fx, fy, fz = locate(shape, x, y, z)
-    row, layer = np.uint64(shape[0]), np.uint64(shape[0] * shape[1])
+def value_at(voxels, shape, place, weights):
+    """Interpolate in a flat grid, x fastest, at what :func:`locate` found."""
+    near, above, behind, both = rows_at(shape, place)
     return blend(
-        _neighbors(voxels, place),
-        _neighbors(voxels, place + row),
-        _neighbors(voxels, place + layer),
-        _neighbors(voxels, place + layer + row),
-        fx,
-        fy,
-        fz,
+        halves(voxels, load_pair(voxels, near)),
+        halves(voxels, load_pair(voxels, above)),
+        halves(voxels, load_pair(voxels, behind)),
+        halves(voxels, load_pair(voxels, both)),
+        weights,
     )
 
 
 @inlined
-def _neighbors(voxels: Any, place: Any) -> Any:
-    return np.float32(voxels[place]), np.float32(voxels[place + np.uint64(1)])
-
-
-@inlined
-def interpolate_inside(voxels: Any, shape: Any, x: Any, y: Any, z: Any) -> Any:
+def interpolate_inside(voxels, shape, x, y, z):
     """Interpolate at any position, with positions outside clamped to the nearest face."""
-    return interpolate(voxels, shape, clamp(x, shape[0]), clamp(y, shape[1]), clamp(z, shape[2]))
+    place, weights = locate(shape, clamp(x, shape[0]), clamp(y, shape[1]), clamp(z, shape[2]))
+    return value_at(voxels, shape, place, weights)
 
 
 @inlined
-def clamp(place: Any, count: int) -> Any:
+def clamp(place, count):
     """Return the nearest position along an axis that lies between its voxels."""
     return min(max(place, np.float32(0)), np.float32(count - 1))

@@ -1,17 +1,12 @@
 import math
-import subprocess
-import sys
-import threading
 
 import numpy as np
 import pytest
-from sklearn.decomposition import PCA
 from toy_codec import ToyCodec
 
 from model.errors import LatentError
 from model.latent.codes import samples_of
-from model.latent.embedding import EmbeddingProcess, normalized, principal_places, standardized
-from model.latent.latent_map import LatentMap, blended_code, cell_means, disc_radius
+from model.latent.latent_map import LatentMap, blended_code, cell_means
 
 
 @pytest.fixture
@@ -36,6 +31,15 @@ def test_new_codes_are_placed_among_their_neighbours(latent_map):
         assert (x, y) == pytest.approx((code[0], 2 * code[1]), abs=0.1)
 
 
+def test_some_of_the_samples_keep_places_and_disc(latent_map):
+    wanted = latent_map.codes[:, 0] > 0.5
+    some = latent_map.only(wanted)
+    assert (some.places == latent_map.places[wanted]).all()
+    assert (some.samples.tfs == latent_map.samples.tfs[wanted]).all()
+    assert some.radius == latent_map.radius
+    assert latent_map.only(np.ones(500, dtype=bool)) is latent_map
+
+
 @pytest.fixture
 def codes():
     return np.random.default_rng(1).normal(size=(400, 3)).astype(np.float32)
@@ -47,7 +51,7 @@ def places():
 
 
 def test_shepard_weights(codes, places):
-    radius = disc_radius(places)
+    radius = LatentMap(None, places, is_final=True).radius
     assert radius == pytest.approx(0.05 * math.dist(places.min(axis=0), places.max(axis=0)))
     for x, y in ((0.1, 0.2), (-0.4, 0.9), (0.99, -0.99)):
         weights = []
@@ -66,7 +70,7 @@ def test_discs_that_are_empty_and_samples_at_one_place_or_at_the_rim(codes, plac
     assert blend.samples == 0
     assert blend.code == pytest.approx(codes[nearest])
     same = np.full((400, 2), 0.3, dtype=np.float32)
-    assert disc_radius(same) == 0
+    assert LatentMap(None, same, is_final=True).radius == 0
     blend = blended_code(codes, same, (0.3, np.float32(0.3)), 1e-6)
     assert blend.code == pytest.approx(codes.mean(axis=0, dtype=np.float64), abs=1e-6)
     # All samples a thousand bandwidths away: the plain formula is 0 / 0.
@@ -95,70 +99,3 @@ def test_cell_means(codes, places):
     assert np.isnan(cells.codes[3, 0]).all()
     with pytest.raises(LatentError, match="not finite"):
         cell_means(codes, places, (0, 0, float("nan"), 1))
-
-
-@pytest.fixture
-def clusters():
-    """Two clusters, far from each other."""
-    rng = np.random.default_rng(0)
-    centres = np.repeat([[0.0], [8.0]], 40, axis=0)
-    return (centres + rng.normal(size=(80, 5))).astype(np.float32)
-
-
-def test_principal_places_are_those_of_scikit_learn(clusters):
-    found = principal_places(clusters)
-    expected = normalized(PCA(2).fit_transform(standardized(clusters)))
-    signs = np.sign((found * expected).sum(axis=0))
-    assert found == pytest.approx(expected * signs, abs=1e-4)
-    assert np.abs(found).max() == pytest.approx(1.0)
-
-
-@pytest.mark.parametrize(
-    "clusters",
-    [
-        np.zeros((50, 4)),
-        np.full((50, 4), 3e5) + np.random.default_rng(0).normal(0, 1e-7, (50, 4)),
-        np.repeat([[0.0, 1.0], [1.0, 0.0]], 25, axis=0),
-        np.ones((1, 8)),
-        np.full((10, 2), np.nan),
-        np.zeros((0, 8)),
-    ],
-    ids=["all equal", "nearly equal", "two points", "one point", "not finite", "none"],
-)
-def test_degenerate_codes_are_refused_before_a_process_starts(clusters):
-    for attempt in (principal_places, EmbeddingProcess):
-        with pytest.raises(LatentError):
-            attempt(clusters.astype(np.float32))
-
-
-def test_tsne_keeps_clusters_apart_and_tells_its_progress(clusters):
-    noted = []
-    places = EmbeddingProcess(clusters).run(noted.append)
-    assert noted == sorted(noted)
-    assert noted[-1] == 1.0
-    one, other = places[:40], places[40:]
-    within = max(np.linalg.norm(part - part.mean(axis=0), axis=1).max() for part in (one, other))
-    assert np.linalg.norm(one.mean(axis=0) - other.mean(axis=0)) > within
-
-
-def test_a_cancelled_process_ends_without_a_map():
-    clusters = np.random.default_rng(0).normal(size=(3000, 6)).astype(np.float32)
-    process = EmbeddingProcess(clusters)
-    found = ["nothing yet"]
-    thread = threading.Thread(target=lambda: found.__setitem__(0, process.run()))
-    thread.start()
-    process.cancel()
-    thread.join(20)
-    assert not thread.is_alive()
-    assert found == [None]
-
-
-def test_a_process_that_crashes_is_an_error(clusters, monkeypatch):
-    start = subprocess.Popen
-
-    def crash(_command, **options):
-        return start([sys.executable, "-c", "import os; os.abort()"], **options)
-
-    monkeypatch.setattr(subprocess, "Popen", crash)
-    with pytest.raises(LatentError, match="cannot be computed"):
-        EmbeddingProcess(clusters).run()

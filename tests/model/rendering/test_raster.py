@@ -1,3 +1,5 @@
+"""The bar's length is measured in the pictures of the ray caster."""
+
 from dataclasses import replace
 
 import imageio.v3 as iio

@@ -1,4 +1,4 @@
-"""VTK's pictures: against closed forms, against the ray caster's, and where it cannot draw."""
+"""The reference renderer against closed forms and against itself turned around."""
 
 import itertools
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""Views, and where they show points: against VTK's camera and the ray caster's rays."""
+"""The projection, against the rays of the renderer's own camera."""
 
 import itertools
 import math

@@ -1,4 +1,4 @@
-"""Gradient shading and cast light, of the ray caster and its reference, against closed forms."""
+"""Gradient shading and cast light, against closed forms."""
 
 import math
 from concurrent.futures import ThreadPoolExecutor
@@ -12,13 +12,10 @@ from model.rendering.raycast import illumination
 from model.rendering.raycast.illumination import AMBIENT, DIFFUSE, DISTANT, Illumination
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.rendering.vtk_renderer import VtkRenderer
-from model.scene.inputs import SceneInputs
 from model.scene.scene import LightDirection
 from model.scene.transfer_function import ColorTF, OpacityTF
 from model.scene.view import View
 from model.scene.volume import Volume
-from tests import reference_light
-from tests.benchmarks.extremes import field, picture, posed
 
 BYTES = (0.0, 1.0)
 GREY = ColorTF(RANGE, ((0.0, 0.5, 0.5, 0.5),))
@@ -89,7 +86,8 @@ def cast(executor, monkeypatch):
         monkeypatch.setattr(illumination, "AMBIENT", ambient)
         monkeypatch.setattr(illumination, "DISTANT", distant)
         opacities = opacity_tf.sample(volume.scalar_range)
-        grid = Illumination(volume.scalars, BYTES, volume, executor).grid(view, light, opacities)
+        travel = -towards(light, view)
+        grid = Illumination(volume.scalars, BYTES, volume, executor).grid(travel, opacities)
         assert grid.shape == volume.dimensions
         np.testing.assert_array_equal(grid.scale, 1)
         return grid.grid.reshape(volume.scalars.shape)
@@ -126,7 +124,8 @@ def test_light_on_a_coarser_grid_is_about_the_same(executor):
     volume = Volume(scalars, (1.0, 0.5, 1.0))
     opacity_tf = OpacityTF(RANGE, points=((250.0, 0.0), (255.0, 0.05)))
     opacities = opacity_tf.sample(volume.scalar_range)
-    grid = Illumination(scalars, BYTES, volume, executor).grid(View(), HEADLIGHT, opacities)
+    travel = -towards(HEADLIGHT, View())
+    grid = Illumination(scalars, BYTES, volume, executor).grid(travel, opacities)
     nx, ny, nz = grid.shape
     assert (nx, ny, nz) == (24, 64, 32)
     light = grid.grid.reshape(nz, ny, nx)
@@ -136,59 +135,3 @@ def test_light_on_a_coarser_grid_is_about_the_same(executor):
     shadow = 0.95 ** (20 / 0.5 ** (1 / 3))
     ambient = (light[16, 60, 12] - DISTANT * shadow) / AMBIENT
     assert 0.3 < ambient < 1
-
-
-UNIT_WHITE = ColorTF((0.0, 1.0), ((0.0, 1.0, 1.0, 1.0),))
-
-
-def even(opacity):
-    return OpacityTF((0.0, 1.0), points=((0.0, opacity),))
-
-
-@pytest.mark.parametrize("opacity", [1e-12, 1e-3, 0.4, 1 - 1e-7])
-def test_the_reference_has_the_opacity_of_a_slab(opacity):
-    """Along an axis a ray crosses 19 voxels: 1 - (1 - a)^19, whatever the step is."""
-    inputs = SceneInputs(View(), even(opacity), UNIT_WHITE)
-    for distance in (0.3, 0.5, 1.0):
-        image = reference_light.picture(Volume(field()), inputs, 1, distance)
-        exact = -math.expm1(19 * math.log1p(-float(np.float32(opacity))))
-        assert image[0, 0, 3] == pytest.approx(exact, rel=1e-12)
-
-
-def test_the_references_derivative_is_that_of_a_slab():
-    """All bins together, by the opacity a: 19 (1 - a)^18."""
-    inputs = SceneInputs(View(), even(0.1), UNIT_WHITE)
-    volume, edit = Volume(field()), np.ones(256)
-    _, change = reference_light.derivative(volume, inputs, 1, 0.5, "none", edit)
-    assert change[0, 0, 3] == pytest.approx(19 * (1 - float(np.float32(0.1))) ** 18, rel=1e-9)
-
-
-@pytest.mark.parametrize("lighting", ["none", "direct", "soft"])
-def test_the_references_derivative_is_the_difference_of_its_pictures(lighting):
-    scene = posed()
-    edit = np.exp(-0.5 * ((np.arange(256) - 150) / 15) ** 2)
-    opacity = scene.inputs.opacity_tf.sample().astype(np.float64)
-    more, less = (
-        reference_light.picture(
-            scene.volume, scene.inputs, 12, 0.5, lighting, opacity=opacity + step * edit
-        )
-        for step in (1e-6, -1e-6)
-    )
-    _, change = reference_light.derivative(scene.volume, scene.inputs, 12, 0.5, lighting, edit)
-    np.testing.assert_allclose(change, (more - less) / 2e-6, atol=1e-5 * abs(change).max())
-
-
-def test_what_is_homogeneous_is_half_lit_inside_and_by_its_faces_outside():
-    """A headlight on an opaque slab: the face in front has all of the diffuse light and gloss."""
-    scalars = np.full((9, 9, 9), 0.5, np.float32)
-    scalars[0, 0, 0], scalars[-1, -1, -1] = 0, 1
-    for light, exact in (((0.0, 0.0), 1.0), ((60.0, 0.0), 0.45)):
-        inputs = SceneInputs(View(), even(1.0), UNIT_WHITE, LightDirection(*light))
-        image = reference_light.picture(Volume(scalars), inputs, 1, 0.25, "direct")
-        assert image[0, 0, 0] == pytest.approx(exact, abs=0.01)
-
-
-@pytest.mark.parametrize("lighting", ["direct", "soft"])
-@pytest.mark.parametrize("opacity", [1e-12, 1e-3])
-def test_a_faint_picture_is_lit_as_a_bright_one(lighting, opacity):
-    assert picture(lighting, posed(curve=((0.0, opacity),))) < 0.003
