@@ -387,6 +387,7 @@ class PlaceLabel(QFrame):
         self._place()
         self.show()
         self.raise_()
+        QWidget.setTabOrder(self._canvas, self.text)
 
     def _row_of(self, piece: Piece, number: str) -> str:
         band = piece.values

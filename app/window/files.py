@@ -207,6 +207,7 @@ class Files(QObject):
         self._masks.ask(read)
 
     def _ask_for_labels(self, labels: LabelMap, shown: Collection[float]) -> None:
+        self._status.say("")
         LabelsDialog(labels, shown, partial(self._show_labels, labels), self._window).open()
 
     def _show_labels(self, labels: LabelMap, chosen: Collection[float]) -> None:

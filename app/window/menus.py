@@ -182,15 +182,12 @@ class Menus:
 
     def _two_follow(self) -> bool:
         """Whether there are two images, or will be; say what is in the way."""
-        panes, model, say = (
-            self._window.panes,
-            self._window.workspace.model,
-            self._window.status.say,
-        )
+        window = self._window
+        panes, model, say = window.panes, window.workspace.model, window.status.say
         if panes.is_browsing:
             say("The map of TFs is in the place of the second image. B closes it.")
         elif model.awaits_path:
-            say(f"Two images follow. {self._window.workspace.reference.preparation.text}")
+            say(f"Two images follow. {window.workspace.reference.preparation.text}")
         return panes.can_compare or model.awaits_path
 
     def _act(self, button: IconButton, slot: Slot, *keys: str) -> QAction:

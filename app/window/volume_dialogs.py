@@ -48,7 +48,7 @@ _CHECKS = Qt.CheckState.Unchecked, Qt.CheckState.Checked
 SWATCH = 14  # side of a label's colour, in pixels
 MARGINS = 16, 14, 16, 14
 COLUMNS = ("Name", "Voxels", "Type", "Size")
-MOST_ROWS = 12  # rows of a table that are seen at once
+FEWEST_ROWS, MOST_ROWS = 4, 12  # rows of a list that are seen at once
 
 
 class ContentsDialog(QDialog):
@@ -197,7 +197,8 @@ class LabelsDialog(QDialog):
         self.list.itemChanged.connect(lambda _: self._offer())
         buttons.accepted.connect(self._accept)
         self.finished.connect(self.deleteLater)
-        self.resize(420, 460)
+        rows = min(max(len(labels.values), FEWEST_ROWS), MOST_ROWS)
+        self.list.setMinimumHeight(rows * (self.list.sizeHintForRow(0) + 2))
         self._offer()
 
     @property
