@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -106,6 +106,19 @@ def proposed_name(context: Context, otherwise: str, suffix: str) -> str:
 def file_name(name: str) -> str:
     """Return a name without characters that file systems or their users would trip over."""
     return re.sub(r"[^\w.+=-]+", "_", name).strip("._")[:100]
+
+
+def menu_names(paths: Sequence[Path]) -> list[str]:
+    """Return names of files for a menu: with as many folders as tell them apart."""
+    names = []
+    for path in paths:
+        parts, last = path.parts, 1
+        while last < len(parts) and sum(p.parts[-last:] == parts[-last:] for p in paths) > 1:
+            last += 1
+        folder = "/".join(parts[-last:-1])
+        names.append(f"{path.name}  ({folder})" if folder else path.name)
+    # An ampersand would mark a key.
+    return [name.replace("&", "&&") for name in names]
 
 
 def _chosen(context: Context, name: str) -> Path | None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -18,7 +18,7 @@ from app.icons import IconButton
 from app.image_view.reference_controls import DRAWINGS
 from app.state.library import KnownModel
 from app.state.settings import RecentKind
-from app.window.context import VOLUME_FILTER
+from app.window.context import VOLUME_FILTER, menu_names
 from app.window.files import TF_FILTER
 from app.window.help_pages import show_about, show_gestures
 from app.window.overlays import BACKGROUNDS, Overlay
@@ -259,10 +259,10 @@ class Menus:
         window, state, panes = self._window, self._window.state, self._window.panes
         workspace, overlays, editor = window.workspace, window.overlays, window.editor
 
+        has_volume = lambda: workspace.opened is not None  # noqa: E731
+
         def draws_missing() -> bool:
             return workspace.opened is not None and workspace.opened.volume.draws_missing
-
-        has_volume = lambda: workspace.opened is not None  # noqa: E731
 
         def has_missing() -> bool:
             return workspace.opened is not None and workspace.opened.has_missing
@@ -293,10 +293,8 @@ class Menus:
         )  # fmt: skip
         plane = menu.addMenu("Clipping p&lane")
         self._add(plane, "&Face the viewer", self._face_clip, "Shift+K")
-        for text, slot in (
-            ("F&lip", state.flip_clip), ("&Remove", partial(state.clip_input.set, None)),
-        ):  # fmt: skip
-            self._add(plane, text, slot)
+        self._add(plane, "F&lip", state.flip_clip)
+        self._add(plane, "&Remove", partial(state.clip_input.set, None))
         self._add(
             menu, "&Measure a distance", window.ruler.toggle, "M", is_on=lambda: window.ruler.is_on
         )
@@ -320,9 +318,8 @@ class Menus:
         )  # fmt: skip
         slices = window.slices
         self._add(menu, "S&lices", slices.toggle, "S", is_on=lambda: slices.is_shown)
-        pieces = workspace.pieces
-        self._add(menu, "Isolate pie&ce", partial(pieces.take, 0, alone=True), "I")
-        self._add(menu, "Cut piece awa&y", partial(pieces.take, 0, alone=False), "X")
+        self._add(menu, "Isolate pie&ce", lambda: workspace.pieces.take(0, alone=True), "I")
+        self._add(menu, "Cut piece awa&y", lambda: workspace.pieces.take(0, alone=False), "X")
         self._add(
             menu, "Show all &voxels", state.show_all_voxels,
             is_there=lambda: state.mask_input.value is not None,
@@ -501,16 +498,3 @@ def _network(menu: QMenu, model: KnownModel, open_it: Slot, present: Path | None
     action.setCheckable(True)
     action.setChecked(model.folder == present)
     return action
-
-
-def menu_names(paths: Sequence[Path]) -> list[str]:
-    """Return names of files for a menu: with as many folders as tell them apart."""
-    names = []
-    for path in paths:
-        parts, last = path.parts, 1
-        while last < len(parts) and sum(p.parts[-last:] == parts[-last:] for p in paths) > 1:
-            last += 1
-        folder = "/".join(parts[-last:-1])
-        names.append(f"{path.name}  ({folder})" if folder else path.name)
-    # An ampersand would mark a key.
-    return [name.replace("&", "&&") for name in names]

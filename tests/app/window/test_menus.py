@@ -8,7 +8,7 @@ from ramp import make_volume
 from rested_window import notice_buttons
 
 from app.state import library
-from app.window.menus import menu_names
+from app.window.context import menu_names
 from app.window.settings_dialog import SettingsDialog
 
 
