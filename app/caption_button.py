@@ -126,16 +126,11 @@ class CaptionButton(QToolButton):
         painter.drawText(QRectF(left, 0, right - left, height), flags, detail)
 
     def _paint_arrow(self, painter: QPainter, color: QColor, left: int) -> None:
-        middle = self.height() / 2
+        top, tip = self.height() / 2 - 2, self.height() / 2 + 2.5
         painter.setPen(Qt.PenStyle.NoPen)
         painter.setBrush(color)
-        painter.drawPolygon(
-            [
-                QPointF(left, middle - 2),
-                QPointF(left + ARROW, middle - 2),
-                QPointF(left + ARROW / 2, middle + 2.5),
-            ]
-        )
+        corners = (left, top), (left + ARROW, top), (left + ARROW / 2, tip)
+        painter.drawPolygon([QPointF(x, y) for x, y in corners])
 
     def _set(self, title: str, detail: str, tone: Tone) -> None:
         if (title, detail, tone) == (self.title, self.detail, self.tone):

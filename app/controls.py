@@ -27,6 +27,7 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import (
     QAbstractButton,
+    QAbstractItemView,
     QBoxLayout,
     QComboBox,
     QDialog,
@@ -38,6 +39,8 @@ from PySide6.QtWidgets import (
     QMenu,
     QPushButton,
     QSizePolicy,
+    QTableWidget,
+    QTableWidgetItem,
     QToolButton,
     QToolTip,
     QWidget,
@@ -47,10 +50,7 @@ from app import theme
 
 
 class WheelGuard(QObject):
-    """Keeps the wheel from changing a control that has not the focus, and from giving it.
-
-    Otherwise scrolling a panel would change the controls that pass under the mouse.
-    """
+    """Keeps the wheel from changing a control without the focus, as while a panel is scrolled."""
 
     def __init__(self, control: QWidget) -> None:
         super().__init__(control)
@@ -210,6 +210,22 @@ def form(*rows: tuple[str, QWidget | QLayout]) -> QFormLayout:
     made.setHorizontalSpacing(16)
     for name, field in rows:
         made.addRow(name, field)
+    return made
+
+
+def table(name: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> QTableWidget:
+    """Return a table of texts that are read; a row is selected as a whole."""
+    made = QTableWidget(len(rows), len(columns))
+    made.setAccessibleName(name)
+    made.setHorizontalHeaderLabels(columns)
+    made.verticalHeader().hide()
+    made.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
+    made.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
+    for down, row in enumerate(rows):
+        for right, text in enumerate(row):
+            item = QTableWidgetItem(text)
+            item.setToolTip(text)
+            made.setItem(down, right, item)
     return made
 
 

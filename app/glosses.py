@@ -67,10 +67,7 @@ def open_glossary(parent: QWidget, term: str = "") -> QDialog:
 def open_page(
     parent: QWidget, title: str, text: str, above: QWidget | None = None
 ) -> tuple[QTextBrowser, QDialog]:
-    """Open a page of HTML or Markdown in a window of its own, below another widget.
-
-    It is as high as its text, unless its parent is lower: then it scrolls.
-    """
+    """Open a page of HTML or Markdown, as high as its text or its parent, below another widget."""
     dialog = QDialog(parent)
     dialog.setWindowTitle(title)
     page = QTextBrowser()

@@ -153,10 +153,7 @@ def _application() -> QApplication:
 
 
 def _display_is_there() -> bool:
-    """Return True if a display answers; always on systems other than Linux.
-
-    Qt would end the process at one that is gone.
-    """
+    """Return whether a display answers; Qt would end the process at one that is gone."""
     if not sys.platform.startswith("linux") or os.environ.get("QT_QPA_PLATFORM"):
         return True
     if wayland := os.environ.get("WAYLAND_DISPLAY"):

@@ -65,10 +65,7 @@ HARDLY = 0.05  # part of a digit that does not count: limits such as 1 and 255 s
 
 
 class WholeNumberBox(QSpinBox):
-    """Spin box for whole numbers that lets any be typed; one outside its limits is not taken.
-
-    Qt's own box swallows the digits that lead out of its range, and takes 40 for 400.
-    """
+    """Spin box for whole numbers that swallows no digit: above 400, Qt's own takes 40 for 401."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)

@@ -8,6 +8,7 @@ import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib.metadata import version
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
@@ -51,7 +52,9 @@ class DesktopEntry:
     def run(self) -> None:
         """Write the entry where the freedesktop.org looks for it."""
         if not sys.platform.startswith("linux"):
-            raise TfscopeError("Desktop entries are Linux's; elsewhere make a shortcut to tfscope.")
+            raise TfscopeError(
+                "Desktop entries exist on Linux only; elsewhere make a shortcut to tfscope."
+            )
         home = Path(os.environ.get("XDG_DATA_HOME") or Path.home() / ".local" / "share")
         entry = home / "applications" / "tfscope.desktop"
         write_text(entry, _content())
@@ -61,21 +64,17 @@ class DesktopEntry:
 def _content() -> str:
     program = Path(sys.argv[0]).resolve()
     words = [sys.executable, str(program)] if program.suffix == ".py" else [str(program)]
-    return "\n".join(
-        (
-            "[Desktop Entry]",
-            "Type=Application",
-            "Name=tfscope",
-            "GenericName=Volume viewer",
-            "Comment=Look into volumes through transfer functions",
-            f"Exec={' '.join(map(_quoted, words))} %f",
-            f"Icon={ICON}",
-            "Terminal=false",
-            "Categories=Science;MedicalSoftware;DataVisualization;",
-            "MimeType=application/dicom;image/tiff;application/x-hdf5;application/x-netcdf;",
-            "",
-        )
-    )
+    return f"""[Desktop Entry]
+Type=Application
+Name=tfscope
+GenericName=Volume viewer
+Comment=Look into volumes through transfer functions
+Exec={" ".join(map(_quoted, words))} %f
+Icon={ICON}
+Terminal=false
+Categories=Science;MedicalSoftware;DataVisualization;
+MimeType=application/dicom;image/tiff;application/x-hdf5;application/x-netcdf;
+"""
 
 
 def _quoted(word: str) -> str:
@@ -121,17 +120,15 @@ class Window:
     source: VolumeSource = options.volume("raw")
     tf: Path | None = options.tf()
     session: Path | None = option(
-        None,
-        "What 'File > Save session' wrote; --volume: where its volume is now.",
+        "A session that 'File > Save session' wrote. --volume says where its volume is now.",
         metavar="FILE.tfscope",
     )
     view: View | None = options.view(default=None, show_default=False)
-    lighting: Lighting | None = option(None, "Light of the reference. (default: as last time)")
+    lighting: Lighting | None = option("Light of the reference. (default: as last time)")
     light: LightDirection | None = options.light()
     renderer: Literal["auto", RendererName] | None = option(
-        None,
         "Renderer of the reference image; auto: the ray caster while anything moves and where no "
-        "graphics card draws, else VTK. (default: as last time)",
+        "graphics card draws, else VTK. (default: as last time)"
     )
     crop: CropBox | None = options.crop()
     clip: ClipPlane | None = options.clip()
@@ -143,9 +140,9 @@ class Window:
         metavar="OUT.png",
     )
     size: tuple[int, int] | None = option(
-        None, "Width and height of the window in pixels.", metavar="WxH", parser=values.window_size
+        "Width and height of the window in pixels.", metavar="WxH", parser=values.window_size
     )
-    version: bool = option(False, "Print the version and exit.", callback=_print_version)
+    version: bool = option("Print the version and exit.", default=False, callback=_print_version)
 
     def run(self) -> None:
         """Open the window, unless there is a command; then there must be no options."""
@@ -227,7 +224,7 @@ def with_options_for_files(arguments: Sequence[str], application: TyperGroup) ->
             option = options.get(word)
             # The value of an option is no file of its own, even where it begins with "-".
             if option is not None and not getattr(option, "is_flag", False):
-                found += [value for value in (next(words, None),) if value is not None]
+                found += islice(words, 1)
             continue
         if word in application.commands:
             return [*found, word, *words]
@@ -246,7 +243,7 @@ def _option_for(word: str, application: TyperGroup) -> str:
     if not path.exists():
         commands = ", ".join(sorted(application.commands))
         raise TfscopeError(
-            f"'{word}' is neither a command ({commands}) nor a file or folder that is there. "
+            f"'{word}' is neither a command ({commands}) nor an existing file or folder. "
             "See --help."
         )
     if path.is_dir():

@@ -7,17 +7,8 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
+from rich import progress
 from rich.console import Console
-from rich.progress import (
-    BarColumn,
-    MofNCompleteColumn,
-    Progress,
-    ProgressColumn,
-    Task,
-    TextColumn,
-    TimeElapsedColumn,
-    TimeRemainingColumn,
-)
 from rich.table import Table
 from rich.text import Text
 
@@ -27,6 +18,11 @@ if TYPE_CHECKING:
     from model.samples.sample_store import SampleStore
 
 WIDE = 200  # columns of a table that is printed into a file, which does not end at 80
+LEFT_COLUMNS = (
+    progress.TimeElapsedColumn(),
+    progress.TimeRemainingColumn(),
+    progress.TextColumn("left"),
+)
 console = Console(markup=False, highlight=False, soft_wrap=True)
 
 
@@ -53,30 +49,41 @@ def about(seconds: float) -> str:
     return "about a minute" if minutes == 1 else f"about {minutes} minutes"
 
 
-class _SpeedColumn(ProgressColumn):
+class _SpeedColumn(progress.ProgressColumn):
     """Column with the number of items per second."""
 
-    def render(self, task: Task) -> Text:
+    def render(self, task: progress.Task) -> Text:
         speed = task.finished_speed or task.speed
         return Text("" if speed is None else f"{speed:.1f}/s")
 
 
 @contextmanager
-def counting(description: str, total: int, done: int = 0) -> Iterator[Callable[[int], None]]:
-    """Show a bar with item count, speed and remaining time; yield what sets the count."""
-    with Progress(
-        TextColumn("{task.description}"),
-        BarColumn(),
-        MofNCompleteColumn(),
+def bars() -> Iterator[Callable[[str, int, int], None]]:
+    """Show bars with item count, speed and remaining time; yield what sets one of a name."""
+    columns = (
+        progress.TextColumn("{task.description}"),
+        progress.BarColumn(),
+        progress.MofNCompleteColumn(),
         _SpeedColumn(),
-        TimeElapsedColumn(),
-        TimeRemainingColumn(),
-        TextColumn("left"),
-        console=console,
-        speed_estimate_period=60,
-    ) as progress:
-        task = progress.add_task(description, total=total, completed=done)
-        yield lambda count: progress.update(task, completed=count)
+        *LEFT_COLUMNS,
+    )
+    with progress.Progress(*columns, console=console, speed_estimate_period=60) as shown:
+        tasks: dict[str, progress.TaskID] = {}
+
+        def show(name: str, done: int, total: int) -> None:
+            if name not in tasks:
+                tasks[name] = shown.add_task(name, total=total, completed=done)
+            shown.update(tasks[name], completed=done)
+
+        yield show
+
+
+@contextmanager
+def counting(name: str, total: int, done: int = 0) -> Iterator[Callable[[int], None]]:
+    """Show one such bar; yield what sets its count."""
+    with bars() as show:
+        show(name, done, total)
+        yield lambda count: show(name, count, total)
 
 
 def render_missing(store: SampleStore, render: Callable[[Callable[[int], None]], object]) -> None:

@@ -25,20 +25,19 @@ class Dataset:
 
     out: Path = options.folder(help="Zarr folder.", metavar="STORE")
     count: int = option(
-        options.REQUIRED, "Training samples; a store never shrinks.", min=1, max=10_000_000
+        "Training samples; a store never shrinks.", default=options.REQUIRED, min=1, max=10_000_000
     )
     source: VolumeSource = options.volume()
     size: int = options.size()
     seed: int = options.seed()
     lighting: Lighting = options.lighting()
     movable_light: bool = options.movable_light()
-    tf_family: TFFamily = option("drawn", options.FAMILY_HELP)
+    tf_family: TFFamily = option(options.FAMILY_HELP, default="drawn")
     window: Range | None = options.window()
     up: str = options.up()
-    holdout: int | None = option(None, "Hold-out samples. (default: a tenth, at most 2000)", min=1)
+    holdout: int | None = option("Hold-out samples. (default: a tenth, at most 2000)", min=1)
     workers: int | None = options.workers()
     scheduler: str | None = option(
-        None,
         "Render on the workers of a Dask scheduler such as tcp://host:8786. (default: processes of "
         "its own)",
         metavar="ADDRESS",

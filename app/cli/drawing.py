@@ -49,22 +49,19 @@ DEFAULT_SAMPLE_DISTANCE = 0.5
 _Place = tuple[Volume, Lighting, LightDirection | None, float]
 """Volume, lighting, direction of the light and sample distance."""
 
-_Drawing = tuple[Callable[[View], NDArray[np.float32]], Callable[[], str], Callable[[], None]]
-"""Draws a view, with its own name and how it is closed."""
-
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Drawer:
     """A renderer, which draws views as float32 (H, W, 4), with what its images show."""
 
-    draw: Callable[[View], NDArray[np.float32]]
-    drawn_by: Callable[[], str]  # names the renderer of the last image
     inputs: SceneInputs
     raster: Raster
     volume: Volume | None  # none for a generator that needs no voxels
     volume_name: str
     lighting: Lighting
     light: LightDirection | None
+    draw: Callable[[View], NDArray[np.float32]] = lambda _: np.zeros((1, 1, 4), np.float32)
+    drawn_by: Callable[[], str] = str  # names the renderer of the last image
     close: Callable[[], None] = lambda: None
 
     @property
@@ -133,8 +130,8 @@ def load_fitted(path: Path, scalar_range: Range, scale: ValueScale) -> TransferF
         tf = tf.on_scale(scale)
     if tf.scale != scale:
         raise RenderError(
-            f"{path}: this TF lies over {SCALE_NAMES[tf.scale]}, and here TFs lie over "
-            f"{SCALE_NAMES[scale]}; give one that was made on the same scale."
+            f"{path}: this TF is for {SCALE_NAMES[tf.scale]}, not for {SCALE_NAMES[scale]}; "
+            "give one that was made on the same scale."
         )
     return _noticed(path, tf, fit_to_range(tf, scalar_range))
 
@@ -211,22 +208,16 @@ def _volume_drawer(asked: Render) -> Drawer:
     nearby = line_distance(volume.proportions)
     if asked.view is None and nearby is not None:
         asked = replace(asked, view=replace(HOME_VIEW, distance=nearby))
-    inputs, raster = asked.inputs(tf, volume), asked.size or Raster(size, size)
     place = volume, lighting, light, step
-    draw, drawn_by, close = (_path_tracer if lighting == "path" else _renderer)(
-        asked, inputs, raster, place
-    )
-    return Drawer(
-        draw=draw,
-        drawn_by=drawn_by,
-        inputs=inputs,
-        raster=raster,
+    drawer = Drawer(
+        inputs=asked.inputs(tf, volume),
+        raster=asked.size or Raster(size, size),
         volume=volume,
         volume_name=volume.name,
         lighting=lighting,
         light=asked.light or light,
-        close=close,
     )
+    return (_path_traced if lighting == "path" else _rendered)(asked, drawer, place)
 
 
 def _check_for_lighting(asked: Render, lighting: Lighting) -> None:
@@ -244,7 +235,7 @@ def _check_for_lighting(asked: Render, lighting: Lighting) -> None:
             raise RenderError(f"{what} in path-traced light only.", lighting="path")
 
 
-def _renderer(asked: Render, inputs: SceneInputs, raster: Raster, place: _Place) -> _Drawing:
+def _rendered(asked: Render, drawer: Drawer, place: _Place) -> Drawer:
     from model.rendering.renderer import FallbackRenderer, Renderer, open_renderer
 
     name = cast(RendererName, asked.renderer)
@@ -252,7 +243,7 @@ def _renderer(asked: Render, inputs: SceneInputs, raster: Raster, place: _Place)
     failures: list[str] = []
 
     def draw(view: View) -> NDArray[np.float32]:
-        image = renderer.render(replace(inputs, view=view), raster)
+        image = renderer.render(replace(drawer.inputs, view=view), drawer.raster)
         failure = getattr(renderer, "reason", "")
         if failure and not failures:
             failures.append(failure)
@@ -263,10 +254,10 @@ def _renderer(asked: Render, inputs: SceneInputs, raster: Raster, place: _Place)
         by = RENDERER_NAMES["raycast" if failures else name]
         return f"the {by}" if by.islower() else by
 
-    return draw, drawn_by, renderer.close
+    return replace(drawer, draw=draw, drawn_by=drawn_by, close=renderer.close)
 
 
-def _path_tracer(asked: Render, inputs: SceneInputs, raster: Raster, place: _Place) -> _Drawing:
+def _path_traced(asked: Render, drawer: Drawer, place: _Place) -> Drawer:
     from model.generator.path_light_cleaning import cleaning_of
     from model.rendering.path_tracing import denoising
     from model.rendering.path_tracing.refinement import MOST_SAMPLES, Refined, RefiningRenderer
@@ -286,11 +277,11 @@ def _path_tracer(asked: Render, inputs: SceneInputs, raster: Raster, place: _Pla
 
     def draw(view: View) -> NDArray[np.float32]:
         begun = time.perf_counter()
-        seen = replace(inputs, view=view)
+        seen = replace(drawer.inputs, view=view), drawer.raster, samples
         if asked.error is None:
-            last = renderer.drawn(seen, raster, samples)
+            last = renderer.drawn(*seen)
         else:
-            *_, last = renderer.refined(seen, raster, samples, error=asked.error)
+            *_, last = renderer.refined(*seen, error=asked.error)
         assert last is not None
         finished[:] = [(last, time.perf_counter() - begun)]
         return last.rgba
@@ -308,7 +299,7 @@ def _path_tracer(asked: Render, inputs: SceneInputs, raster: Raster, place: _Pla
         tracer.close()
         release()
 
-    return draw, drawn_by, close
+    return replace(drawer, draw=draw, drawn_by=drawn_by, close=close)
 
 
 def _generator_drawer(asked: Render) -> Drawer:
@@ -318,7 +309,7 @@ def _generator_drawer(asked: Render) -> Drawer:
     if asked.lighting is not None and asked.lighting != scene.lighting:
         raise RenderError(
             f"The model was trained with the lighting '{scene.lighting}'; "
-            "leave another one out, or train a model with it."
+            "leave --lighting out, or train a model with it."
         )
     if asked.light is not None and scene.light_range is None:
         kind = "without light" if scene.light is None else "with a fixed light"

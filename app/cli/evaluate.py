@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from app.cli import options
 from app.cli.options import option
@@ -13,9 +12,6 @@ from model.errors import require
 from model.networks.card import MODEL_FILE, add_metrics, load_card
 from model.networks.names import DeviceChoice
 from model.volume_files.source import VolumeSource
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 MEASURES = {
     "rmse": "image RMSE",
@@ -39,27 +35,28 @@ class Evaluate:
     """Measure a model on hold-out samples, and the nearest training image with it."""
 
     model: Path = options.model(default=options.REQUIRED)
-    count: int = option(2000, "Hold-out samples.", min=1)
+    count: int = option("Hold-out samples.", default=2000, min=1)
     volume: VolumeSource = options.volume("scalar_range", "scale")
     store: Path | None = options.store()
     json: Path | None = options.output(
         "Also write the result.", ".json", default=None, metavar="OUT.json"
     )
-    record: bool = option(False, "Also write the errors into the model's card.")
+    record: bool = option("Also write the errors into the model's card.", default=False)
     device: DeviceChoice = options.device()
     workers: int | None = options.workers()
 
     def run(self) -> None:
         """Measure the model, print a table, and write JSON and the card when asked."""
+        from app.cli.console import bars
         from app.cli.outputs import write_json
 
         require("evaluate")
         # Late: with it comes torch.
         from model.evaluation.holdout import EvaluationJob, run_evaluation
 
-        with _Bars() as bars:
-            job = EvaluationJob(**options.same_named(self, EvaluationJob))
-            figures = run_evaluation(job, bars.show, print)
+        job = EvaluationJob(**options.same_named(self, EvaluationJob))
+        with bars() as show:
+            figures = run_evaluation(job, show, print)
         _print(figures)
         if "sensitivity_agreement" in figures:
             _print_agreement(figures["sensitivity_agreement"])
@@ -81,23 +78,6 @@ def _record(folder: Path, figures: dict[str, Any]) -> None:
         **{name: figures[name] for name in ("sensitivity_agreement",) if name in figures},
     )
     print(f"The errors are in {folder / MODEL_FILE}.")
-
-
-class _Bars(ExitStack):
-    """One progress bar after the other, one for each activity."""
-
-    _activity = ""
-    _show: Callable[[int], None]
-
-    def show(self, activity: str, done: int, total: int) -> None:
-        """Show the progress of an activity."""
-        from app.cli.console import counting
-
-        if activity != self._activity:
-            self.close()
-            self._activity = activity
-            self._show = self.enter_context(counting(activity, total))
-        self._show(done)
 
 
 def _print_agreement(agreement: dict[str, Any]) -> None:

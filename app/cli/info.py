@@ -25,7 +25,7 @@ class Info:
         *("scalar_range", "scale"),
         path=options.argument("A volume or a model.", metavar="FILE_OR_MODEL", check=values.volume),
     )
-    as_json: bool = option(False, "Print it as JSON, for programs.", flag="--json")
+    as_json: bool = option("Print it as JSON, for programs.", default=False, flag="--json")
 
     def run(self) -> None:
         """Print a model's card, or a volume's description, as a table or as JSON."""
@@ -60,19 +60,15 @@ class Info:
 
 
 def _card_rows(card: ModelCard) -> list[tuple[str, str]]:
-    scene, size, training = card.scene, card.size, card.training
+    scene, size, course = card.scene, card.size, card.training
+    between = "{:.10g} to {:.10g}".format
+    families = {"paper": "the paper's mixtures", "drawn": "as people draw them"}
     rows = [
         ("volume", scene.volume_name),
-        ("scalar range", "{:.10g} to {:.10g}".format(*values_at(scene.scalar_range, scene.scale))),
-        (
-            "scalar window",
-            "{:.10g} to {:.10g}".format(*values_at(scene.scalar_window, scene.scale)),
-        ),
+        ("scalar range", between(*values_at(scene.scalar_range, scene.scale))),
+        ("scalar window", between(*values_at(scene.scalar_window, scene.scale))),
         *([("scale", f"over {SCALE_NAMES[scene.scale]}")] if scene.scale != "linear" else []),
-        (
-            "random TFs",
-            {"paper": "the paper's mixtures", "drawn": "as people draw them"}[scene.tf_family],
-        ),
+        ("random TFs", families[scene.tf_family]),
         ("lighting", scene.lighting + (", movable light" if scene.light_range else "")),
         ("views", f"with {scene.view_range.up} up"),
         ("rendered by", RENDERER_NAMES[scene.renderer]),
@@ -81,7 +77,7 @@ def _card_rows(card: ModelCard) -> list[tuple[str, str]]:
         ("opacity image", f"{size.opacity_size} x {size.opacity_size}"),
         ("latent code", f"{size.latent_dim} numbers"),
     ]
-    name, course = "training", training
+    name = "training"
     while isinstance(course.get("seconds"), int | float):
         rows.append((name, _course(course)))
         name, course = "before that", course.get("start", {})

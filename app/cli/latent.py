@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -31,11 +31,11 @@ Images = NDArray[np.float32]
 Draw = Callable[[Codes], Images]  # codes (n, d) to images (n, S, S, 4), of codes or of their TFs
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass
 class _Found:
     """Arrays for an `.npz` file, and what a figure shows."""
 
-    arrays: dict[str, NDArray[Any]]
+    arrays: dict[str, NDArray[Any]] = field(default_factory=dict)
     grid: Images | None = None
     picture: Images | None = None
     place: tuple[float, float, float] | None = None
@@ -53,24 +53,21 @@ class Latent:
     )
     source: VolumeSource = options.volume()
     model: Path | None = options.model(
-        default=None,
-        help="Use this model's codec and images, not tfscope's codec and exact images.",
+        help="Use this model's codec and images, not tfscope's codec and exact images."
     )
     grid: tuple[float, float, float, float] | None = option(
-        None,
         "Pictures of this rectangle's 4 x 4 cells.",
         metavar="X0,Y0,X1,Y1",
         parser=values.numbers(4, "--grid"),
     )
     at: tuple[float, float] | None = option(
-        None,
         "The TF interpolated at a place of the map.",
         metavar="X,Y",
         parser=values.numbers(2, "--at"),
     )
-    near: Path | None = options.tf(default=None, help="Find this TF on the map; take its code's.")
+    near: Path | None = options.tf(help="Find this TF on the map; take its code's.")
     view: View = options.view()
-    tf: Path | None = options.tf(default=None, help="Colours to draw in. (default: the volume's)")
+    tf: Path | None = options.tf(help="Colours to draw in. (default: the volume's)")
     size: int = options.size(default=128, help="Pixels; a model has its own size.", max=1024)
 
     def run(self) -> None:
@@ -95,15 +92,21 @@ class Latent:
             colors = load_fitted(self.tf, volume.scalar_range, volume.scale)
         draw, close = _drawing(self, volume, space, SceneInputs.of(self.view, colors))
         try:
-            found = _Found({})
+            found = _Found()
             if self.grid is not None:
-                found = _grid(map_, self.grid, draw)
+                _add_grid(found, map_, self.grid, draw)
             if self.at is not None:
-                place = _at(space, map_, self.at, draw)
-                found = replace(place, arrays={**found.arrays, **place.arrays}, grid=found.grid)
+                blend = map_.at(self.at)
+                if not blend.samples:
+                    print("No sample lies in the disc around this place; the nearest is taken.")
+                _add_one(found, space, blend.code, self.at, map_.radius, draw)
             elif self.near is not None:
                 tf = load_fitted(self.near, volume.scalar_range, volume.scale)
-                found = _near(space, map_, tf.opacity, draw)
+                code = space.code_of(tf.opacity)
+                x, y = map_.place(code)
+                print(f"The TF lies near {x:.3f},{y:.3f} on the map.")
+                _add_one(found, space, code, (x, y), 0.0, draw)
+                found.arrays["neighbours"] = map_.nearest(code, 8)
         finally:
             close()
         make_room_for(self.out)
@@ -174,7 +177,9 @@ def _drawing(
     return draw, renderer.close
 
 
-def _grid(map_: LatentMap, brush: tuple[float, float, float, float], draw: Draw) -> _Found:
+def _add_grid(
+    found: _Found, map_: LatentMap, brush: tuple[float, float, float, float], draw: Draw
+) -> None:
     from app.figures.plots import mosaic
 
     cells = map_.cells(brush)
@@ -186,39 +191,25 @@ def _grid(map_: LatentMap, brush: tuple[float, float, float, float], draw: Draw)
     drawn = draw(cells.codes[filled])
     images = np.full((*filled.shape, *drawn.shape[1:]), np.nan, dtype=np.float32)
     images[filled] = drawn
-    arrays: dict[str, NDArray[Any]] = {"cells": cells.codes, "count": cells.count, "images": images}
-    return _Found(arrays, mosaic(images[..., :3]))
+    found.arrays |= {"cells": cells.codes, "count": cells.count, "images": images}
+    found.grid = mosaic(images[..., :3])
 
 
-def _at(space: LatentSpace, map_: LatentMap, place: tuple[float, float], draw: Draw) -> _Found:
-    blend = map_.at(place)
-    if not blend.samples:
-        print("No sample lies in the disc around this place; the nearest one is taken.")
-    return _one(space, blend.code, np.array(place), draw, map_.radius)
-
-
-def _near(space: LatentSpace, map_: LatentMap, tf: OpacityTF, draw: Draw) -> _Found:
-    code = space.code_of(tf)
-    place = map_.place(code)
-    print(f"The TF lies near {place[0]:.3f},{place[1]:.3f} on the map.")
-    found = _one(space, code, np.array(place), draw)
-    return replace(found, arrays={**found.arrays, "neighbours": map_.nearest(code, 8)})
-
-
-def _one(
+def _add_one(
+    found: _Found,
     space: LatentSpace,
     code: NDArray[np.float32],
-    place: NDArray[np.floating],
+    place: tuple[float, float],
+    radius: float,
     draw: Draw,
-    radius: float = 0.0,
-) -> _Found:
+) -> None:
     from model.scene.tf_editing import fitted_curve
 
-    tf = space.tf_of(code)
-    image = draw(code[None])[0]
-    arrays = {"code": code, "place": place, "tf": tf.sample(), "image": image}
-    x, y = (float(number) for number in place)
-    return _Found(arrays, None, image[..., :3], (x, y, radius), fitted_curve(tf))
+    tf, image = space.tf_of(code), draw(code[None])[0]
+    arrays = {"code": code, "place": np.array(place), "tf": tf.sample(), "image": image}
+    found.arrays |= arrays
+    found.picture, found.place = image[..., :3], (*place, radius)
+    found.opacity_tf = fitted_curve(tf)
 
 
 def _draw_figure(

@@ -27,9 +27,14 @@ MODEL_RANGE = (
 REQUIRED = MISSING  # default of an option that must be given
 
 
-def option(default: Any, help: str, **details: Any) -> Any:
+def option(help: str, *, default: Any = None, **details: Any) -> Any:
     """Field that is an option: ``--field-name``, unless `flag` names another one."""
     return field(default=default, metadata=_details(help, **details))
+
+
+def shared(help: str = "", **details: Any) -> Callable[..., Any]:
+    """Return a function that makes an option of several commands, with what differs in one."""
+    return partial(option, **{"help": help, **details})
 
 
 def argument(help: str, **details: Any) -> Any:
@@ -44,36 +49,29 @@ def _details(help: str, check: Callable[[Any], object] | None = None, **details:
 
 def output(help: str, *suffixes: str, default: Any = REQUIRED, **details: Any) -> Any:
     """Option that is an output file with one of some suffixes."""
-    return option(default, help, check=values.output(*suffixes), **details)
+    return option(help, default=default, check=values.output(*suffixes), **details)
 
 
-folder = partial(option, default=REQUIRED, metavar="DIR", check=check_output_folder)
-model = partial(option, default=None, help="Folder of a trained model.", check=read_header)
-device = partial(option, default="auto", help="Where networks run.")
-size = partial(option, default=256, help="Width and height in pixels.", min=16, max=4096)
-interpolate = partial(
-    option,
-    default=None,
+folder = shared(default=REQUIRED, metavar="DIR", check=check_output_folder)
+model = shared("Folder of a trained model.", check=read_header)
+device = shared("Where networks run.", default="auto")
+size = shared("Width and height in pixels.", default=256, min=16, max=4096)
+interpolate = shared(
+    "Interpolate between voxels. (default: yes, but not for labels; or as in the session)",
     flag="--interpolate/--no-interpolate",
-    help="Interpolate between voxels. (default: yes, but not for labels; or as in the session)",
 )
-lighting = partial(
-    option,
-    default="none",
-    help="Emission-absorption alone, gradient shading, shadows and ambient light from a grid (ray "
+lighting = shared(
+    "Emission-absorption alone, gradient shading, shadows and ambient light from a grid (ray "
     "caster), or light scattered many times (path tracer).",
+    default="none",
 )
-light = partial(
-    option,
-    default=None,
-    help="Direction to the light in degrees: to the right of the view and above it. (default: the "
+light = shared(
+    "Direction to the light in degrees: to the right of the view and above it. (default: the "
     "model's, or -30,30)",
     metavar="AZ,EL",
     parser=LightDirection.parse,
 )
-movable_light = partial(
-    option, default=False, help="Draw the light's direction at random: models can follow it."
-)
+movable_light = shared("Draw the light's direction at random: models can follow it.", default=False)
 FAMILY_HELP = (
     "Random opacity TFs: the paper's mixtures of Gaussian modes, or also ramps, plateaus, steps, "
     "bands, free curves, constants and empty ones, as people draw them."
@@ -83,131 +81,93 @@ VIEW_HELP = (
     "the farthest that models are trained for, 0.4 the nearest. X,Y moves the volume's centre away "
     "from the image's, in halves of its height; orthographic: rays are parallel."
 )
-view = partial(
-    option,
+view = shared(
+    VIEW_HELP,
     default=values.HOME_VIEW,
-    help=VIEW_HELP,
     metavar="AZ,EL,ROLL,DIST[,X,Y][,orthographic]",
     parser=values.view,
     show_default="30,20,0,1",
 )
-crop = partial(
-    option,
-    default=None,
-    help="Show a box of the volume only, in fractions of its length along each axis. (default: "
+crop = shared(
+    "Show only a box of the volume, in fractions of its length along each axis. (default: "
     "0,1,0,1,0,1)",
     metavar="X0,X1,Y0,Y1,Z0,Z1",
     parser=CropBox.parse,
 )
-clip = partial(
-    option,
-    default=None,
-    help="Cut away what lies beyond a plane, where a direction along the axes points to; the "
-    "offset from the centre is in halves of the volume's diagonal. (default: no plane)",
+clip = shared(
+    "Cut the volume by a plane: its normal points to what is cut away, its offset from the "
+    "centre is in halves of the volume's diagonal. (default: no plane)",
     metavar="X,Y,Z[,OFFSET]",
     parser=ClipPlane.parse,
 )
-tf = partial(
-    option,
-    default=None,
-    help="Transfer function. (default: from the data)",
-    metavar="TF.json",
-    check=TransferFunction.load,
+tf = shared(
+    "Transfer function. (default: from the data)", metavar="TF.json", check=TransferFunction.load
 )
-window = partial(
-    option,
-    default=None,
-    help="Scalar values between which random opacity modes lie. (default: from the data)",
+window = shared(
+    "Scalar values between which random opacity modes lie. (default: from the data)",
     metavar="LO,HI",
     parser=values.scalar_window,
 )
-up = partial(
-    option,
-    default="",
-    help="Axis of the volume that points up in the samples' views: +x, -x, +y, -y, +z or -z. "
+up = shared(
+    "Axis of the volume that points up in the samples' views: +x, -x, +y, -y, +z or -z. "
     "(default: as the file says, or +z)",
+    default="",
     metavar="AXIS",
     check=axis_direction,
     show_default=False,
 )
-store = partial(
-    option,
-    default=None,
-    help="Samples made with 'dataset'. (default: rendered by this command)",
+store = shared(
+    "Samples made with 'dataset'. (default: rendered by this command)",
     flag="--dataset",
     metavar="STORE",
     check=values.store,
 )
-workers = partial(
-    option,
-    default=None,
-    help="Processes that render; in training, threads. (default: one per core)",
-    min=1,
-)
-seed = partial(
-    option,
-    default=0,
-    help="The same seed gives the same samples, and on one CPU the same training; GPUs add up in "
+workers = shared("Processes that render; in training, threads. (default: one per core)", min=1)
+seed = shared(
+    "The same seed gives the same samples, and on one CPU the same training; GPUs add up in "
     "another order each time.",
+    default=0,
     min=0,
 )
 
 _VOLUME: dict[str, Field[Any]] = {
     "path": option(
-        None,
         "Volume file or DICOM folder. (default: one that ships)",
         flag="--volume",
-        check=values.volume,
-    ),
+        check=values.volume),
     "raw": option(
-        None,
         "Layout of a headerless file: dimensions, type and byte order, such as "
         "256x256x110_uint16_big. (default: from its name)",
-        metavar="LAYOUT",
-    ),
+        metavar="LAYOUT"),
     "component": option(
-        None, "What to take where each voxel has several numbers.", metavar="N|magnitude"
-    ),
+        "What to take where each voxel has several numbers.", metavar="N|magnitude"),
     "series": option(
-        None,
         "Which series, image or stack of a file or folder; info lists them. (default: the largest)",
-        metavar="NAME|N",
-    ),
+        metavar="NAME|N"),
     "array": option(
-        None,
         "Which array of a file. (default: the largest that is no mask or list of ids)",
-        metavar="NAME|N",
-    ),
+        metavar="NAME|N"),
     "time": option(
-        None, "Which time step, from 0. (default: the first)", metavar="NAME|N"
-    ),
-    "channel": option(None, "Which channel. (default: the first)", metavar="NAME|N"),
+        "Which time step, from 0. (default: the first)", metavar="NAME|N"),
+    "channel": option("Which channel. (default: the first)", metavar="NAME|N"),
     "spacing": option(
-        None,
         "Distance of voxels along x, y and z, with a unit if it is known, such as "
         "'0.5,0.5,2 um'. (default: the file's)",
-        metavar="X,Y,Z",
-    ),
+        metavar="X,Y,Z"),
     "stretch": option(
-        None,
         "Stretch of z: 2 draws it twice as long as its spacing says. (default: 1, or more where "
         "z has another unit than x and y)",
-        metavar="FACTOR",
-    ),
+        metavar="FACTOR"),
     "scalar_range": option(
-        None,
         "Scalar range over which TFs lie, in the data's units, or LO%,HI% for percentiles of the "
         "voxels. Values beyond look as those at its ends do. (default: that of --tf, or of the "
         "voxels without outliers)",
         flag="--range",
         metavar="LO,HI",
-        check=RangeChoice.parse,
-    ),
+        check=RangeChoice.parse),
     "scale": option(
-        None,
         "Scale of the scalar axis: values as they are, or their logarithm. (default: that of "
-        "--tf, or linear)",
-    ),
+        "--tf, or linear)"),
 }  # fmt: skip
 
 

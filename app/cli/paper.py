@@ -39,7 +39,6 @@ class Paper:
     item: Item = options.argument("A figure or table of the paper, or all of them.", metavar="ITEM")
     out: Path = options.folder(help="Folder of pictures and tables, and of the studies' runs.")
     models: list[Path] | None = option(
-        None,
         "A model of the paper's networks; several are compared in table1, pictures show the first. "
         "(default: those that are shipped)",
         flag="--model",
@@ -50,17 +49,16 @@ class Paper:
     view: View = options.view(default=View(30.0, 20.0, 0.0, 0.65), show_default="30,20,0,0.65")
     tf: Path | None = options.tf()
     count: int | None = option(
-        None,
-        "Hold-out samples. (default: 2000 for table1, 200 for pictures, 500 for studies)",
-        min=8,
+        "Hold-out samples. (default: 2000 for table1, 200 for pictures, 500 for studies)", min=8
     )
     store: Path | None = options.store(
-        default=None,
         help="Samples of the model's volume, made with 'dataset', for the errors and times of "
-        "table1. (default: each model's own are rendered)",
+        "table1. (default: each model's own are rendered)"
     )
-    minutes: float = option(20.0, "Training of each model of a study.", min=0.01)
-    quick: bool = option(False, "Few samples and steps, to check in minutes that all works.")
+    minutes: float = option("Training of each model of a study.", default=20.0, min=0.01)
+    quick: bool = option(
+        "Few samples and steps, to check in minutes that all works.", default=False
+    )
     workers: int | None = options.workers()
     device: DeviceChoice = options.device()
 
@@ -80,13 +78,13 @@ class Study:
     study: StudyName = options.argument("Which one.", metavar="STUDY")
     out: Path = options.folder(help="Folder of samples, runs and table.")
     volume: VolumeSource = options.volume()
-    preset: PresetName = option("draft", "Size of all networks.")
+    preset: PresetName = option("Size of all networks.", default="draft")
     lighting: Lighting = options.lighting()
-    faithful: bool = option(False, "All models by the paper's recipe, see 'train'.")
-    minutes: float | None = option(None, "Budget of each model. (default: 10)")
-    samples: int | None = option(None, "Budget of each model in samples seen.")
-    images: int = option(20_000, "Training samples that are rendered first.", min=16)
-    count: int = option(500, "Hold-out samples.", min=1)
+    faithful: bool = option("All models by the paper's recipe, see 'train'.", default=False)
+    minutes: float | None = option("Budget of each model. (default: 10)")
+    samples: int | None = option("Budget of each model in samples seen.")
+    images: int = option("Training samples that are rendered first.", default=20_000, min=16)
+    count: int = option("Hold-out samples.", default=500, min=1)
     seed: int = options.seed()
     workers: int | None = options.workers()
     device: DeviceChoice = options.device()

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from functools import cached_property, partial
 from math import inf
 from pathlib import Path
+from time import perf_counter
 from typing import get_args
 
 from app.cli.console import about, console, counting, print_table, render_missing
@@ -13,15 +14,7 @@ from app.cli.drawing import load_fitted
 from app.cli.outputs import make_room_for, write_json, write_text
 from app.cli.paper import QUICK_COUNT, Item, Paper
 from app.cli.training_display import TrainingDisplay
-from app.figures.paper_figures import (
-    save_explorations,
-    save_overview,
-    save_qualitative,
-    save_region_edits,
-    save_teaser,
-    save_value_edits,
-    save_walk,
-)
+from app.figures import paper_figures
 from model.errors import CheckpointError, TfscopeError, require
 from model.evaluation.study import (
     STUDIES,
@@ -37,18 +30,11 @@ from model.generator.catalog import shipped_models
 from model.latent.latent_map import LatentMap
 from model.networks.blocks import choose_device
 from model.networks.card import load_card
+from model.paper import tables
 from model.paper.edits import PAPER_R, ValueStep, region_edits, value_edits
 from model.paper.exploration import Exploration, detail, final_map, overview, walk
 from model.paper.pictures import Compared, approach, compared_samples
 from model.paper.subject import Subject, open_subject
-from model.paper.tables import (
-    Means,
-    Table,
-    holdout_errors,
-    nearest_errors,
-    table_1,
-    table_2,
-)
 from model.samples.sample_rendering import render_store
 from model.samples.sample_store import SampleStore
 from model.scene.default_tf import default_transfer_function
@@ -78,11 +64,9 @@ QUICK_SAMPLES = QUICK_STUDY_IMAGES = 64
 
 def make_items(asked: Paper) -> None:
     """Make one item, or all."""
-    wanted = [item for item in get_args(Item) if item != "all"]
-    if asked.item != "all":
-        wanted = [asked.item]
+    every = [item for item in get_args(Item) if item != "all"]
     with _Maker(asked) as maker:
-        for item in wanted:
+        for item in every if asked.item == "all" else [asked.item]:
             for path in maker.make(item):
                 print(f"{item}: {path}")
 
@@ -105,16 +89,16 @@ class _Maker:
         """Make an item, and return its files."""
         pictures: dict[Item, Callable[[Path], None]] = {
             "teaser": self._teaser,
-            "overview": lambda path: save_overview(
+            "overview": lambda path: paper_figures.save_overview(
                 path, *self._labels, approach(self._subject, self._inputs)
             ),
-            "sensitivity": lambda path: save_region_edits(
+            "sensitivity": lambda path: paper_figures.save_region_edits(
                 path, *self._labels, self._subject.window, region_edits(self._subject, self._inputs)
             ),
-            "value-fields": lambda path: save_value_edits(
+            "value-fields": lambda path: paper_figures.save_value_edits(
                 path, *self._labels, self._subject.window, self._value_steps
             ),
-            "exploration": lambda path: save_explorations(
+            "exploration": lambda path: paper_figures.save_explorations(
                 path,
                 *self._labels,
                 [self._explored, detail(self._subject, self._map, self._explored)],
@@ -132,25 +116,27 @@ class _Maker:
         if item == "table2":
             quick = self._asked.quick
             counts = (3, QUICK_BLOCKS) if quick else (REPEATS, PAPER_R)
-            return self._write(item, table_2(self._subject, *counts))
+            return self._write(item, tables.table_2(self._subject, *counts))
         return _make_study(self._asked, item)
 
     def _teaser(self, path: Path) -> None:
         steps = self._value_steps[0]
         window = self._subject.window
-        save_teaser(path, *self._labels, window, self._compared, steps, self._explored)
+        paper_figures.save_teaser(
+            path, *self._labels, window, self._compared, steps, self._explored
+        )
 
     def _interpolation(self, path: Path) -> None:
         candidates = QUICK_COUNT if self._asked.quick else 48
         places = walk(self._subject, self._map, self._inputs, candidates=candidates)
-        save_walk(path, *self._labels, self._inputs, self._map, places)
+        paper_figures.save_walk(path, *self._labels, self._inputs, self._map, places)
 
     def _qualitative(self, path: Path) -> None:
         found = {self._subject.volume.name: self._compared}
         for subject in self._subjects[1:]:
             count = self._asked.samples(PICTURE_COUNT)
             found[subject.volume.name] = compared_samples(subject, count)
-        save_qualitative(path, found)
+        paper_figures.save_qualitative(path, found)
 
     @cached_property
     def _folders(self) -> list[Path]:
@@ -165,11 +151,8 @@ class _Maker:
         if self._asked.volume.path is None:
             return folders
         volume = self._asked.volume.read()
-        fitting = [
-            folder
-            for folder in folders
-            if load_card(folder).scene.volume_fingerprint == volume.fingerprint
-        ]
+        own = volume.fingerprint
+        fitting = [each for each in folders if load_card(each).scene.volume_fingerprint == own]
         if not fitting:
             raise CheckpointError(
                 f"No model is shipped for '{volume.name}'; train one with 'train', and give its "
@@ -219,7 +202,7 @@ class _Maker:
     def _compared(self) -> list[Compared]:
         return compared_samples(self._subject, self._asked.samples(PICTURE_COUNT))
 
-    def _table_1(self) -> Table:
+    def _table_1(self) -> tables.Table:
         count = self._asked.samples(TABLE_COUNT)
         store, nearest = None, None
         if self._asked.store is not None:
@@ -228,14 +211,12 @@ class _Maker:
         errors = [self._errors(subject, count, store) for subject in self._subjects]
         if store is not None:
             with counting("nearest training images", count) as show:
-                nearest = nearest_errors(store, count, show)
-        return table_1(
+                nearest = tables.nearest_errors(store, count, show)
+        return tables.table_1(
             self._subjects, errors, count, 4 if self._asked.quick else TIMED_SAMPLES, store, nearest
         )
 
-    def _errors(self, subject: Subject, count: int, store: SampleStore | None) -> Means:
-        from time import perf_counter
-
+    def _errors(self, subject: Subject, count: int, store: SampleStore | None) -> tables.Means:
         if store is not None and store.scene != subject.generator.scene:
             print(
                 f"{subject.folder.name} has another scene than the data set: it is measured on "
@@ -243,15 +224,15 @@ class _Maker:
             )
             store = None
         # The first images compile and load what draws them.
-        holdout_errors(subject, 1, store=store)
+        tables.holdout_errors(subject, 1, store=store)
         start = perf_counter()
-        holdout_errors(subject, 4, store=store)
+        tables.holdout_errors(subject, 4, store=store)
         seconds = (perf_counter() - start) / 4 * count
         print(f"Measuring {subject.folder.name} takes {about(seconds)}.")
         with counting(f"measuring {subject.folder.name}", count) as show:
-            return holdout_errors(subject, count, show, store)
+            return tables.holdout_errors(subject, count, show, store)
 
-    def _write(self, item: Item, table: Table) -> list[Path]:
+    def _write(self, item: Item, table: tables.Table) -> list[Path]:
         paths = [self._asked.out / f"{item}{suffix}" for suffix in (".md", ".json")]
         write_text(paths[0], table.markdown())
         write_json(paths[1], table.to_json())
@@ -318,12 +299,10 @@ def study_models(name: str, job: TrainingJob, images: int, count: int) -> list[P
     write_json(out.with_suffix(".json"), result)
     write_text(out.with_suffix(".md"), markdown(study, result))
     written = [out.with_suffix(suffix) for suffix in (".md", ".json", ".png")]
-    from app.figures.paper_figures import save_error_curves, save_side_by_side
-
-    save_side_by_side(written[-1], study, result, study_pictures(study, plan))
+    paper_figures.save_side_by_side(written[-1], study, result, study_pictures(study, plan))
     if study.varied:
         written.append(out.with_name(f"{name}-errors.png"))
-        save_error_curves(written[-1], study, result)
+        paper_figures.save_error_curves(written[-1], study, result)
     return written
 
 

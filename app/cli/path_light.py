@@ -25,14 +25,13 @@ commands = typer.Typer(
 class DrawPairs:
     """Draw pictures of few samples, and of many, for random views, TFs and lights."""
 
-    out: Path = option(options.REQUIRED, "Files that exist are kept.", metavar="FOLDER")
+    out: Path = option("Files that exist are kept.", default=options.REQUIRED, metavar="FOLDER")
     volume: list[Path] | None = option(
-        None,
         "Volume file; may be repeated. (default: the shipped ones)",
         check=lambda path: VolumeSource(path=path).check(),
     )
-    blocks: int = option(8, "Groups of 8 pairs of each volume; about 30 s each.", min=1)
-    samples: int = option(64, "Of what is learned.", min=8, max=4096)
+    blocks: int = option("Groups of 8 pairs of each volume; about 30 s each.", default=8, min=1)
+    samples: int = option("Of what is learned.", default=64, min=8, max=4096)
     seed: int = options.seed()
 
     def run(self) -> None:
@@ -56,12 +55,13 @@ class TrainPathLight:
     """Train the network on pairs; one that was stopped goes on."""
 
     folder: Path = options.argument("Folder of 'light pairs'.", metavar="PAIRS")
-    out: Path = option(options.REQUIRED, "The trained network.", metavar="NETWORK.safetensors")
-    held_out: Path | None = option(None, "Pairs that errors are measured on.", metavar="PAIRS")
-    minutes: float = option(30.0, "Of training.", min=0.01)
-    width: int = option(40, "Channels of the first level.", min=4, max=512)
+    out: Path = option(
+        "The trained network.", default=options.REQUIRED, metavar="NETWORK.safetensors"
+    )
+    held_out: Path | None = option("Pairs that errors are measured on.", metavar="PAIRS")
+    minutes: float = option("Of training.", default=30.0, min=0.01)
+    width: int = option("Channels of the first level.", default=40, min=4, max=512)
     start_from: Path | None = option(
-        None,
         "Begin with this network's weights and size, at a third of the rate.",
         metavar="NETWORK.safetensors",
     )
@@ -71,30 +71,21 @@ class TrainPathLight:
     def run(self) -> None:
         """Train on pairs, measure on others, and write the network with what is known about it."""
         from app.cli.console import print_table
+        from model.networks import path_light_network as network
         from model.networks.blocks import choose_device
-        from model.networks.path_light_network import (
-            PathLightCard,
-            PathLightSize,
-            load_path_light,
-            save_path_light,
-        )
         from model.samples.path_light_pairs import read_pairs
-        from model.training.path_light_training import (
-            PathLightOptions,
-            PathLightTrainer,
-            described,
-            path_light_errors,
-        )
+        from model.training import path_light_training as course
 
-        training = PathLightOptions(self.minutes, PathLightSize(self.width), seed=self.seed)
+        training = course.PathLightOptions(
+            self.minutes, network.PathLightSize(self.width), seed=self.seed
+        )
         pairs, device = read_pairs(self.folder), choose_device(self.device)
         others = read_pairs(self.held_out) if self.held_out else {}
         start = None
         if self.start_from is not None:
-            known, start = load_path_light(self.start_from)
-            rate = training.learning_rate / 3
-            training = replace(training, size=known.size, learning_rate=rate)
-        trainer = PathLightTrainer(pairs, training, device, start)
+            known, start = network.load_path_light(self.start_from)
+            training = replace(training, size=known.size, learning_rate=training.learning_rate / 3)
+        trainer = course.PathLightTrainer(pairs, training, device, start)
         checkpoint = self.out.with_suffix(".training")
         if checkpoint.exists():
             trainer.resume(checkpoint)
@@ -104,7 +95,7 @@ class TrainPathLight:
         print(f"{count} pairs of {len(pairs)} volumes; {weights:,} weights.")
 
         def report(loss: float) -> None:
-            errors = path_light_errors(trainer.network, others, device)
+            errors = course.path_light_errors(trainer.network, others, device)
             measured = "".join(
                 "; {}: {:.4f} to {:.4f}".format(each.samples, *each.means)
                 for each in errors
@@ -115,10 +106,12 @@ class TrainPathLight:
 
         self.out.parent.mkdir(parents=True, exist_ok=True)
         trainer.run(report, checkpoint)
-        errors = path_light_errors(trainer.network, others, device) if others else []
+        errors = course.path_light_errors(trainer.network, others, device) if others else []
         measured = {str(each.samples): asdict(each) for each in errors}
-        card = PathLightCard(training.size, described(training, trainer, count), measured)
-        save_path_light(self.out, card, trainer.network)
+        card = network.PathLightCard(
+            training.size, course.described(training, trainer, count), measured
+        )
+        network.save_path_light(self.out, card, trainer.network)
         checkpoint.unlink(missing_ok=True)
         if errors:
             heading = ("volume", "samples", "denoised", "finished")

@@ -38,14 +38,13 @@ class Render:
         metavar="OUT",
     )
     renderer: Literal[RendererName, "generator"] = option(
-        "vtk", "The reference, the fast ray caster, or the model."
+        "The reference, the fast ray caster, or the model.", default="vtk"
     )
     source: VolumeSource = options.volume()
     model: Path | None = options.model()
     session: Path | None = option(
-        None,
-        "What 'File > Save session' wrote: its volume, view, TF, light, crop box and mask, unless "
-        "other options say so.",
+        "A session that 'File > Save session' wrote. Its volume, view, TF, light, crop box and "
+        "mask are used unless other options are given.",
         metavar="NAME.tfscope",
     )
     view: View | None = options.view(
@@ -55,70 +54,62 @@ class Render:
     )
     tf: Path | None = options.tf()
     lighting: Lighting | None = option(
-        None, "Light of VTK's and the ray caster's images. (default: the model's, or none)"
+        "Light of VTK's and the ray caster's images. (default: the model's, or none)"
     )
     light: LightDirection | None = options.light()
     crop: CropBox | None = options.crop()
     mask: Path | None = option(
-        None,
         "Labels, as 'File > Save mask' writes them: only voxels of labels other than 0 are drawn. "
         "Those of another grid are resampled.",
         metavar="MASK",
     )
     labels: str = option(
-        "",
         "Which labels of the mask are drawn, by numbers or names. (default: all)",
+        default="",
         metavar="LABEL,...",
         show_default=False,
     )
     clip: ClipPlane | None = options.clip()
     samples: int | None = option(
-        None,
         "Samples per pixel in path-traced light: four times as many halve the noise. (default: 64; "
         "with --error as many as it takes)",
         min=1,
         max=1 << 20,
     )
     error: float | None = option(
-        None,
-        "Stop path tracing at this estimated error (RMSE), or else at --samples.",
-        min=1e-4,
-        max=1.0,
+        "Stop path tracing at this estimated error (RMSE), or else at --samples.", min=1e-4, max=1.0
     )
     denoise: bool | None = option(
-        None,
         "Clean path-traced pictures by Intel's Open Image Denoise while that lowers their error. "
         "(default: where it is installed)",
         flag="--denoise/--no-denoise",
     )
     size: Raster | None = option(
-        None, "Pixels. (default: the model's, or 256)", metavar="N or WxH", parser=values.pixels
+        "Pixels. (default: the model's, or 256)", metavar="N or WxH", parser=values.pixels
     )
     background: Background | None = option(
-        "black",
         "Background of a picture or movie: black, white, transparent or #rrggbb.",
+        default="black",
         metavar="COLOUR",
         parser=values.background,
     )
-    legend: bool = option(False, "Paint the colour legend into a picture or movie.")
+    legend: bool = option("Paint the colour legend into a picture or movie.", default=False)
     scale_bar: bool = option(
-        False,
         "Paint a scale bar. Its length holds in the plane through the middle of what is shown.",
+        default=False,
     )
-    seconds: float = option(8.0, "Length of a movie.", min=0.5, max=600)
-    rate: int = option(25, "Pictures a second of a movie.", min=1, max=60)
+    seconds: float = option("Length of a movie.", default=8.0, min=0.5, max=600)
+    rate: int = option("Pictures a second of a movie.", default=25, min=1, max=60)
     brightness: float | None = option(
-        None,
         "Brightness of a PNG, as in the window. (default: 1; lit images, which are dim, 2)",
         min=0.25,
         max=32.0,
     )
     draw_missing: bool = option(
-        False, "Draw voxels of which the file says that nothing was measured there."
+        "Draw voxels of which the file says that nothing was measured there.", default=False
     )
     interpolate: bool | None = options.interpolate()
     sample_distance: float | None = option(
-        None,
         "Distance of samples on a ray. At .1 the ray caster shows no rings on thin layers, as in "
         "the window. (default: .5, or the model's)",
         metavar="VOXELS",

@@ -5,7 +5,7 @@ from __future__ import annotations
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,9 +18,9 @@ from model.scene.clip_plane import ClipPlane
 from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs
 from model.scene.region import Region
-from model.scene.scene import Lighting, default_scalar_window
+from model.scene.scene import Lighting, Scene, default_scalar_window
 from model.scene.tf_perturbation import EDIT_WIDTH, edit_around
-from model.scene.transfer_function import TF_SAMPLES, TransferFunction
+from model.scene.transfer_function import TF_SAMPLES
 from model.scene.value_scale import place_of, values_at
 from model.scene.view import View
 from model.scene.volume import Volume
@@ -31,25 +31,18 @@ from model.volume_files.source import VolumeSource
 PAPER_BLOCKS = 16  # blocks along each side by which ``blockwise`` makes a field, as the paper
 
 
-@dataclass(frozen=True)
-class _Question:
-    """A question in the units of the engines: the width is in bins, the edit around the value."""
-
-    kind: Kind
-    inputs: SceneInputs
-    edit: NDArray[np.float32] | None
-    width: float
-
-
-@dataclass(frozen=True)
-class _Answer:
-    """The image, its sensitivity, what computed it, and the light of the image."""
+class _Answer(NamedTuple):
+    """The image, its sensitivity, what computed it, and fields of blocks for a global scale."""
 
     image: NDArray[np.float32]
     sensitivity: NDArray[np.float32]
     source: str
     lighting: Lighting
-    blocks: NDArray[np.float32] | None = None
+    blocks: NDArray[np.float32] | None
+
+
+_Question = tuple[SceneInputs, NDArray[np.float32] | None, float]
+"""Inputs, the edit around the value, and the width of edits in bins."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -64,18 +57,16 @@ class Sensitivity:
     model: Path | None = options.model()
     source: VolumeSource = options.volume()
     engine: Literal["exact", "learned", "blockwise"] | None = option(
-        None,
         "The ray caster's own derivative, the generator's, or the generator's block by block, as "
-        "in the paper. (default: learned with --model, else exact)",
+        "in the paper. (default: learned with --model, else exact)"
     )
     view: View = options.view()
     tf: Path | None = options.tf()
-    lighting: Lighting | None = option(None, "Light of the ray caster's image.")
+    lighting: Lighting | None = option("Light of the ray caster's image.")
     size: int | None = options.size(
         default=None, help="Pixels of the rendering; a model has its own size."
     )
     region: Region | None = option(
-        None,
         "Where in the TF does this rectangle of pixels react? (default: the whole image)",
         metavar="X0,Y0,X1,Y1",
         parser=Region.parse,
@@ -86,25 +77,22 @@ class Sensitivity:
         help="Whether there are values between voxels. (default: unless the file says that they "
         "are labels)"
     )
-    value: float | None = option(None, "Where in the image does this scalar value show?")
-    block: int | None = option(
-        None, "All blocks of this many pixels, to edits at all values.", min=1
-    )
+    value: float | None = option("Where in the image does this scalar value show?")
+    block: int | None = option("All blocks of this many pixels, to edits at all values.", min=1)
     width: float | None = option(
-        None,
         "Standard deviation of the edits, in the data's units; 0 for single samples of the TF. "
         "(default: 6 of 256 samples)",
         min=0,
     )
     measure: Measure = option(
-        "signed",
         "signed: the change of brightness, as in the paper; change: the size of the change, also "
         "where the picture is black.",
+        default="signed",
     )
     field_scale: Literal["own", "global"] = option(
-        "own",
         "Scale of a value's figure. own: colours by its field; global: by all values' fields, and "
         "opacity by its own, as in the paper.",
+        default="own",
     )
     device: DeviceChoice = options.device()
 
@@ -114,6 +102,7 @@ class Sensitivity:
         from app.cli.drawing import choose_tf, model_folder
         from app.cli.outputs import make_room_for
         from model.networks.card import load_card
+        from model.sensitivity.display import global_scale
 
         self._check()
         engine = self.engine or ("exact" if self.model is None else "learned")
@@ -131,9 +120,33 @@ class Sensitivity:
         if scene is not None and scene.volume_fingerprint == volume.fingerprint and not chosen:
             volume, chosen = volume.over(scene.scalar_range, scene.scale), True
         tf, volume = choose_tf(self.tf, volume, chosen)
-        question = _question(self, volume, tf)
-        answer = (_by_renderer if engine == "exact" else _by_generator)(self, volume, question)
-        result = _result(self, volume, question, answer)
+        edit, width = _edit(self, volume)
+        others = {"crop": self.crop, "clip": self.clip, "interpolates": self.interpolate}
+        inputs = SceneInputs.of(self.view, tf, **others)
+        compute = _by_renderer if scene is None or engine == "exact" else _by_generator
+        answer = compute(self, volume, scene, (inputs, edit, width))  # type: ignore[arg-type]
+        size, whole_scale = len(answer.image), None
+        if answer.blocks is not None:
+            whole_scale = global_scale(answer.blocks, _block(size) ** 2, width)
+        region_pixels = int(self.pixels(size).mask(size).sum())
+        result = SensitivityResult(
+            kind=self.kind,
+            scalar_range=volume.scalar_range,
+            scalar_window=default_scalar_window(volume),
+            units=volume.units,
+            opacity=inputs.opacity_tf.sample(volume.scalar_range),
+            image=answer.image,
+            sensitivity=answer.sensitivity,
+            width=width,
+            measure=self.measure,
+            source=answer.source,
+            place=_place(self, volume),
+            pixels=(self.block or 1) ** 2 if self.kind == "blocks" else region_pixels,
+            edit=edit,
+            colors=inputs.color_tf.sample(volume.scalar_range),
+            scale=volume.scale,
+            whole_scale=whole_scale,
+        )
         make_room_for(self.out)
         if self.out.suffix.lower() == ".png":
             from app.figures.sensitivity_figure import save_figure
@@ -142,6 +155,13 @@ class Sensitivity:
         else:
             save_numbers(self.out, result)
         warn_of(volume)
+
+    @property
+    def kind(self) -> Kind:
+        """What is asked for."""
+        if self.value is not None:
+            return "value"
+        return "region" if self.block is None else "blocks"
 
     @property
     def by_all_values(self) -> bool:
@@ -165,33 +185,29 @@ class Sensitivity:
             )
 
 
-def _question(asked: Sensitivity, volume: Volume, tf: TransferFunction) -> _Question:
+def _edit(asked: Sensitivity, volume: Volume) -> tuple[NDArray[np.float32] | None, float]:
+    """Return the edit around the value, and the width of edits in bins."""
     lo, hi = volume.scalar_range
+    width = EDIT_WIDTH if asked.width is None else asked.width / (hi - lo) * (TF_SAMPLES - 1)
+    if asked.value is None:
+        return None, width
     low, high = values_at(volume.scalar_range, volume.scale)
-    if asked.value is not None and not low <= asked.value <= high:
+    if not low <= asked.value <= high:
         raise RenderError(
             f"The value {asked.value:g} is outside the volume's range; give {low:g} to {high:g}."
         )
-    width = EDIT_WIDTH if asked.width is None else asked.width / (hi - lo) * (TF_SAMPLES - 1)
-    kind: Kind = "region" if asked.block is None else "blocks"
-    edit = None
-    if asked.value is not None:
-        kind = "value"
-        edit = edit_around(place_of(asked.value, volume.scale), volume.scalar_range, width)
-    others = {"crop": asked.crop, "clip": asked.clip, "interpolates": asked.interpolate}
-    inputs = SceneInputs.of(asked.view, tf, **others)
-    return _Question(kind, inputs, edit, width)
+    return edit_around(place_of(asked.value, volume.scale), volume.scalar_range, width), width
 
 
-def _by_renderer(asked: Sensitivity, volume: Volume, question: _Question) -> _Answer:
+def _by_renderer(
+    asked: Sensitivity, volume: Volume, scene: Scene | None, question: _Question
+) -> _Answer:
     from app.cli.drawing import DEFAULT_SAMPLE_DISTANCE, DEFAULT_SIZE
-    from model.networks.card import load_card
     from model.rendering.raycast.renderer import RaycastRenderer
     from model.sensitivity.exact import block_fields, region_responses
 
-    scene = load_card(asked.model).scene if asked.model else None
-    lighting: Lighting = scene.lighting if scene else "none"
-    light = scene.light if scene else None
+    inputs, edit, width = question
+    lighting, light = (scene.lighting, scene.light) if scene else ("none", None)
     if asked.lighting is not None:
         lighting, light = asked.lighting, None
     step = scene.sample_distance if scene else DEFAULT_SAMPLE_DISTANCE
@@ -199,57 +215,52 @@ def _by_renderer(asked: Sensitivity, volume: Volume, question: _Question) -> _An
     blocks = None
     with closing(RaycastRenderer(volume, lighting, light, step)) as renderer:
         if asked.by_all_values:
-            blocks = block_fields(renderer, question.inputs, size, _block(size), question.width)
-        image = renderer.render(question.inputs, size)[..., :3]
-        if question.edit is not None:
-            found = renderer.change(question.inputs, size, question.edit)
+            blocks = block_fields(renderer, inputs, size, _block(size), width)
+        image = renderer.render(inputs, size)[..., :3]
+        if edit is not None:
+            found = renderer.change(inputs, size, edit)
         elif asked.block is not None:
-            found = block_fields(renderer, question.inputs, size, asked.block, question.width)
+            found = block_fields(renderer, inputs, size, asked.block, width)
         else:
-            found = region_responses(
-                renderer, question.inputs, size, asked.pixels(size), question.width, asked.measure
-            )
+            region = asked.pixels(size)
+            found = region_responses(renderer, inputs, size, region, width, asked.measure)
     light_name = "" if lighting == "none" else f", {lighting} light"
     return _Answer(image, found, f"exact, by the ray caster{light_name}", lighting, blocks)
 
 
-def _by_generator(asked: Sensitivity, volume: Volume, question: _Question) -> _Answer:
+def _by_generator(asked: Sensitivity, volume: Volume, scene: Scene, question: _Question) -> _Answer:
     from app.cli.drawing import model_folder, warn_outside
-    from model.networks.card import load_card
 
-    folder = model_folder(asked.model, volume)
-    scene = load_card(folder).scene
+    inputs, edit, width = question
     if scene.volume_fingerprint != volume.fingerprint:
         raise RenderError(
             f"The model was trained on '{scene.volume_name}', not on '{volume.name}'; "
             "name its volume by --volume."
         )
-    if asked.size not in (None, scene.image_size):
-        raise RenderError(
-            f"The model draws {scene.image_size} x {scene.image_size} pixels; leave --size out."
-        )
-    warn_outside(question.inputs, scene)
+    size = scene.image_size
+    if asked.size not in (None, size):
+        raise RenderError(f"The model draws {size} x {size} pixels; leave --size out.")
+    warn_outside(inputs, scene)
     from model.generator.generator import Generator
     from model.sensitivity import learned
 
-    generator = Generator.load(folder, asked.device)
-    found = learned.Sensitivity(generator, question.inputs, question.width)
+    generator = Generator.load(model_folder(asked.model, volume), asked.device)
+    found = learned.Sensitivity(generator, inputs, width)
     blockwise = asked.engine == "blockwise"
     sensitivity: Any
-    if question.edit is not None and blockwise:
-        block = asked.block or _block(scene.image_size)
-        sensitivity = found.blockwise_change(block, question.edit)
-    elif question.edit is not None:
-        sensitivity = found.change(question.edit)
+    if edit is not None and blockwise:
+        sensitivity = found.blockwise_change(asked.block or _block(size), edit)
+    elif edit is not None:
+        sensitivity = found.change(edit)
     elif asked.block is not None:
         sensitivity = (found.blockwise if blockwise else found.field)(asked.block)
     elif asked.measure == "change":
-        sensitivity = found.change_norms(asked.pixels(scene.image_size))
+        sensitivity = found.change_norms(asked.pixels(size))
     else:
-        sensitivity = found.region(asked.pixels(scene.image_size))
+        sensitivity = found.region(asked.pixels(size))
     how = "block by block" if blockwise else "learned"
     image = np.clip(found.image, 0, 1)
-    blocks = found.field(_block(scene.image_size)) if asked.by_all_values else None
+    blocks = found.field(_block(size)) if asked.by_all_values else None
     return _Answer(image, sensitivity, f"{how}, by the generator", scene.lighting, blocks)
 
 
@@ -258,44 +269,15 @@ def _block(size: int) -> int:
     return -(-size // PAPER_BLOCKS)
 
 
-def _result(
-    asked: Sensitivity, volume: Volume, question: _Question, answer: _Answer
-) -> SensitivityResult:
-    from model.sensitivity.display import global_scale
-
-    size = len(answer.image)
-    units = f" {volume.units}" if volume.units else ""
-    places = {
-        "region": f"the region {_edges(asked.region)}" if asked.region else "the whole image",
-        "value": f"edits around {asked.value:g}{units}" if asked.value is not None else "",
-        "blocks": f"edits, in blocks of {asked.block} pixels",
-    }
-    return SensitivityResult(
-        kind=question.kind,
-        scalar_range=volume.scalar_range,
-        scalar_window=default_scalar_window(volume),
-        units=volume.units,
-        opacity=question.inputs.opacity_tf.sample(volume.scalar_range),
-        image=answer.image,
-        sensitivity=answer.sensitivity,
-        width=question.width,
-        measure=asked.measure,
-        source=answer.source,
-        place=places[question.kind],
-        pixels=(asked.block or 1) ** 2
-        if question.kind == "blocks"
-        else int(asked.pixels(size).mask(size).sum()),
-        edit=question.edit,
-        colors=question.inputs.color_tf.sample(volume.scalar_range),
-        scale=volume.scale,
-        whole_scale=None
-        if answer.blocks is None
-        else global_scale(answer.blocks, _block(size) ** 2, question.width),
-    )
-
-
-def _edges(region: Region) -> str:
-    return f"{region.left},{region.top},{region.right},{region.bottom}"
+def _place(asked: Sensitivity, volume: Volume) -> str:
+    """Say which part of image or TF a result is about."""
+    if asked.value is not None:
+        return f"edits around {asked.value:g}{f' {volume.units}' if volume.units else ''}"
+    if asked.block is not None:
+        return f"edits, in blocks of {asked.block} pixels"
+    if asked.region is None:
+        return "the whole image"
+    return "the region " + ",".join(f"{edge}" for edge in vars(asked.region).values())
 
 
 def _caption(asked: Sensitivity, volume: Volume, answer: _Answer) -> str:

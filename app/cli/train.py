@@ -21,52 +21,46 @@ class Train:
 
     out: Path = options.folder(help="Folder of run and model.")
     preset: PresetName | None = option(
-        None,
         "Images of 64, 128 or 256 pixels by the paper's two networks at a quarter of their width, "
         "with a deeper decoder of TFs and features modulated by the codes of view and TFs; or of "
-        "256 by the networks as they are in the paper. (default: compact; with --faithful, paper)",
+        "256 by the networks as they are in the paper. (default: compact; with --faithful, paper)"
     )
     volume: VolumeSource = options.volume()
     store: Path | None = options.store()
-    minutes: float | None = option(None, "Budget in minutes.")
-    samples: int | None = option(None, "Budget in samples seen.")
+    minutes: float | None = option("Budget in minutes.")
+    samples: int | None = option("Budget in samples seen.")
     epochs: float | None = option(
-        None,
         "Budget in passes of each stage over the samples: those of --dataset, or 200000 that are "
         "rendered. (default with --faithful: 30)",
         min=0.001,
     )
-    resume: bool = option(False, "Go on with the run in --out.")
+    resume: bool = option("Go on with the run in --out.", default=False)
     start: Path | None = options.model(
-        default=None,
         help="Begin with a trained model's weights; with another --seed it sees other samples.",
         flag="--start-from",
         metavar="MODEL",
     )
     faithful: bool = option(
-        False,
         "The paper's networks, losses, TFs, batches, rates, stages and epochs, nothing added.",
+        default=False,
     )
     color_attention: bool = option(
-        False,
         "A variant of the networks: pixels look their colours up in the colour TF, by an attention "
         "over scalar values.",
+        default=False,
     )
     width: float | None = option(
-        None,
         "Channels of the networks, as a fraction of the paper's. (default: the preset's)",
         min=0.02,
         max=4,
     )
     settings: list[str] | None = option(
-        None,
         "Change one number of the recipe, such as opacity_l1_weight=50 or "
         "joint.learning_rate=5e-4; may be repeated.",
         flag="--set",
         metavar="NAME=VALUE",
     )
     reuse: float | None = option(
-        None,
         "How often each fresh sample is learned from; more takes less rendering. (default: 4, or "
         "more when lit)",
         min=1,
@@ -74,7 +68,7 @@ class Train:
     lighting: Lighting = options.lighting()
     movable_light: bool = options.movable_light()
     tf_family: TFFamily | None = option(
-        None, f"{options.FAMILY_HELP} (default: drawn; with --faithful, paper)"
+        f"{options.FAMILY_HELP} (default: drawn; with --faithful, paper)"
     )
     window: Range | None = options.window()
     up: str = options.up()
@@ -82,7 +76,7 @@ class Train:
     workers: int | None = options.workers()
     device: DeviceChoice = options.device()
     precision: PrecisionChoice = option(
-        "auto", "Digits that steps are computed in. (auto: the faster one here)"
+        "Precision of the training's steps. (auto: the faster one on this machine)", default="auto"
     )
 
     def run(self) -> None:

@@ -7,17 +7,10 @@ import sys
 
 from rich.console import Group
 from rich.live import Live
-from rich.progress import (
-    BarColumn,
-    Progress,
-    TaskProgressColumn,
-    TextColumn,
-    TimeElapsedColumn,
-    TimeRemainingColumn,
-)
+from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn
 from rich.text import Text
 
-from app.cli.console import console
+from app.cli.console import LEFT_COLUMNS, console
 from model.networks.card import recorded_errors
 from model.training import parallel
 from model.training.options import TrainingJob
@@ -60,9 +53,7 @@ class TrainingDisplay:
             BarColumn(bar_width=20),
             TaskProgressColumn(),
             TextColumn("{task.fields[speed]}"),
-            TimeElapsedColumn(),
-            TimeRemainingColumn(),
-            TextColumn("left"),
+            *LEFT_COLUMNS,
         )
         self._losses = Text()
         self._live = Live(Group(self._progress, self._losses), console=console)

@@ -58,7 +58,7 @@ class BrowserBar(QWidget):
         self.map = IconButton("browse", "Map", tip=tip, text="Map")
         self.map.setCheckable(True)
         self.band = QLineEdit()
-        self.band.setPlaceholderText("90 to 120")
+        self.band.setPlaceholderText("Find values …")
         self.band.setClearButtonEnabled(True)
         self.band.setAccessibleName("Shows values")
         self.band.setToolTip(

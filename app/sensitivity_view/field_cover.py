@@ -275,7 +275,9 @@ class FieldCover(QObject):
     def _cover(self, answer: Answer[Any], image: NDArray[np.float32]) -> None:
         is_part = isinstance(answer.request, ValueVisibilityRequest)
         measure: Shown = "visible" if is_part else self._asked.choices.measure
-        if not self._keeps_scale or self._shown_as != measure:
+        is_moving = self._state.live or self._asked.dragging
+        keeps_scale = is_moving or self._asked.choices.locked
+        if not keeps_scale or self._shown_as != measure:
             # One scale for exact and learned fields, so that their colours can be compared.
             every = (answer,) if is_part else (answer, *self._asker.both_fields)
             least = LEAST_SEEN if is_part else FLOOR
@@ -295,11 +297,6 @@ class FieldCover(QObject):
             self._caption += "; Escape returns to the image"
         self._show(colored, measure, meaning)
         self.pane.name_cover(title, answer.source, self._caption)
-
-    @property
-    def _keeps_scale(self) -> bool:
-        is_moving = self._state.live or self._asked.dragging
-        return is_moving or self._asked.choices.locked
 
     def _shown(self, answer: Answer[Any]) -> NDArray[np.float64]:
         request = answer.request

@@ -99,12 +99,12 @@ class PanelRow(QWidget):
     @property
     def is_lit(self) -> bool:
         """Whether its buttons are drawn."""
-        pointed = [
-            row
-            for row in self.siblings
-            if row.underMouse() or any(button.hasFocus() for button in row.buttons)
-        ]
+        pointed = [row for row in self.siblings if row._is_pointed_at]
         return self in (pointed or self.siblings[:1])
+
+    @property
+    def _is_pointed_at(self) -> bool:
+        return self.underMouse() or any(button.hasFocus() for button in self.buttons)
 
     def show_row(self, row: Row | None, is_fresh: bool) -> None:
         """Show a row, dim if it is not fresh; or none."""
@@ -242,9 +242,10 @@ class FindingsPanel(QFrame):
             PanelRow((50, 0), [AddButton("this value", partial(actions.add_mode, index))])
             for index in range(ROWS)
         ]
-        for rows in (self.value_rows, self.edit_rows):
-            for row in rows:
-                row.siblings = rows
+        for row in self.value_rows:
+            row.siblings = self.value_rows
+        for row in self.edit_rows:
+            row.siblings = self.edit_rows
         self.result = QLabel()
         self.result.setWordWrap(True)
         self.result.setProperty("role", "dim")
@@ -266,12 +267,8 @@ class FindingsPanel(QFrame):
     @property
     def is_open(self) -> bool:
         """Whether it is to be seen."""
-        asked = self._asker.asked.choices.shown
-        return (
-            asked
-            and not self._is_folded
-            and (self._has_room if self._wanted is None else self._wanted)
-        )
+        is_wanted = self._has_room if self._wanted is None else self._wanted
+        return is_wanted and self._asker.asked.choices.shown and not self._is_folded
 
     @property
     def is_asked_for(self) -> bool:
@@ -303,7 +300,7 @@ class FindingsPanel(QFrame):
         target = self._edits_line if is_low else self._foot
         if target.indexOf(self._what_if.button) < 0:
             target.insertWidget(1 if is_low else 0, self._what_if.button)
-        self.edits_heading.setText("Modes" if is_low else "Modes to add")
+        self.edits_heading.setText("Modes" if is_low else "New modes")
         self.show_open()
 
     def leaveEvent(self, event: QEvent) -> None:

@@ -233,7 +233,8 @@ class RegionLayer(QObject):
 
     def _paint_outline(self, painter: QPainter, polygon: QPolygonF, active: bool) -> None:
         # A dark line beneath, so that it is seen on bright pictures, too.
-        for color, width in ((theme.ON_IMAGE.window, 3.5), (_color(active), 1.5)):
+        ink = theme.ON_IMAGE.change if active else theme.ON_IMAGE.dim
+        for color, width in ((theme.ON_IMAGE.window, 3.5), (ink, 1.5)):
             painter.setPen(QPen(QColor(color), width))
             painter.drawPolygon(polygon)
 
@@ -296,10 +297,6 @@ def name_corners(
 
 def _plate(painter: QPainter, text: str) -> QRectF:
     return QRectF(painter.fontMetrics().boundingRect(text)).adjusted(-5, -2, 5, 2)
-
-
-def _color(active: bool) -> str:
-    return theme.ON_IMAGE.change if active else theme.ON_IMAGE.dim
 
 
 def _is_rectangle(outline: Outline) -> bool:
@@ -377,10 +374,10 @@ class PlaceLabel(QFrame):
             f"<tr><td>{values}</td><td align='right' style='padding-left: 12px'>{part}</td></tr>"
             for values, part in ((escape(text), part) for text, part in lines)
         )
-        pieces = "".join(map(self._row_of, self._finder.pieces, "01"))
-        nothing = asker.waiting if asker.pick is None else "Nothing visible here"
-        if pieces and not rows:
-            rows = f"<tr><td>{nothing}</td></tr>"
+        # Not above values that are still to come, so that no link moves from under the mouse.
+        pieces = "".join(map(self._row_of, self._finder.pieces, "01")) if asker.pick else ""
+        nothing = "Nothing visible here" if asker.pick else asker.waiting
+        rows = rows or (pieces and f"<tr><td>{nothing}</td></tr>")
         self.text.setText(f"<table>{rows}{pieces}</table>" if rows else nothing)
         said = ", ".join(" ".join(line) for line in lines)
         self.setAccessibleName(f"Values here: {said or nothing}")

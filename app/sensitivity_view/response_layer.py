@@ -122,17 +122,12 @@ class ResponseLayer:
     def table(self) -> tuple[list[str], list[list[str]]]:
         """Return headings and rows of the curves that are drawn, a row for each scalar value."""
         scalar_range = self._state.scalar_range
-        names = list(self._shown)
-        columns = ["Value", *(f"Change per .01, {name}" for name in names)]
-        curves = [self._shown[name][0] for name in names]
-        values = np.linspace(*scalar_range, TF_SAMPLES)
-        rows = [
-            [
-                value_text(value, scalar_range, self._state.scale),
-                *(short(float(c[i]), 3, signed=True) for c in curves),
-            ]
-            for i, value in enumerate(values)
-        ]
+        columns = ["Value", *(f"Change per .01, {name}" for name in self._shown)]
+        curves = [values for values, _range in self._shown.values()]
+        rows = []
+        for i, value in enumerate(np.linspace(*scalar_range, TF_SAMPLES)):
+            changes = (short(float(curve[i]), 3, signed=True) for curve in curves)
+            rows.append([value_text(value, scalar_range, self._state.scale), *changes])
         return columns, rows
 
     def refresh(self) -> None:
@@ -160,10 +155,7 @@ class ResponseLayer:
 
     def say_effects(self, effects: Sequence[tuple[str, str]]) -> None:
         """Write on each flag what its edit does, and name it by that in words."""
-        said = [
-            flag.say(effect, name)
-            for flag, (effect, name) in zip(self.flags, effects, strict=False)
-        ]
+        said = [flag.say(*effect) for flag, effect in zip(self.flags, effects, strict=False)]
         # The plot is not painted anew with every view of a drag.
         if any(said):
             self._place_flags()
@@ -237,13 +229,9 @@ class ResponseLayer:
             for first, end in starts.reshape(-1, 2):
                 at = first + int(np.argmax(np.abs(values[first:end])))
                 up = values[at] > 0
-                spots.append(
-                    {
-                        "pos": (places[at], (0.94 if up else -0.94) * self._limit),
-                        "symbol": "t1" if up else "t",
-                        "brush": theme.CHANGE,
-                    }
-                )
+                place = places[at], (0.94 if up else -0.94) * self._limit
+                symbol = "t1" if up else "t"
+                spots.append({"pos": place, "symbol": symbol, "brush": theme.CHANGE})
         self._cut.setData(spots)
         self._cut.setVisible(bool(spots))
 
@@ -252,7 +240,6 @@ class ResponseLayer:
         for name, source in (("exact", self._asker.exact_source), ("learned", "learned")):
             fresh = self._asker.is_fresh(self._asker.regions.get(source))
             self._curves[name].setOpacity(1.0 if fresh else STALE)
-
         fresh = self._asker.is_fresh(self._asker.region)
         for item in (self._stems, self._tops):
             item.setOpacity(1.0 if fresh else STALE)
@@ -285,11 +272,8 @@ class ResponseLayer:
 
     def _draw_stems(self) -> None:
         top = self._view.viewRange()[1][1]
-        flagged = [
-            interval
-            for interval, flag in zip(self.peaks.intervals, self.flags, strict=False)
-            if not flag.isHidden()
-        ]
+        pairs = zip(self.peaks.intervals, self.flags, strict=False)
+        flagged = [interval for interval, flag in pairs if not flag.isHidden()]
         xs = [self._area.axis.place(interval.value) for interval in flagged]
         ys = [min(max(each.response, -self._limit), self._limit) for each in flagged]
         self._tops.setData(xs, ys)

@@ -10,15 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject
 from PySide6.QtGui import QKeySequence, QShortcut
-from PySide6.QtWidgets import (
-    QAbstractItemView,
-    QDialog,
-    QTableWidget,
-    QTableWidgetItem,
-    QVBoxLayout,
-)
+from PySide6.QtWidgets import QDialog, QVBoxLayout
 
-from app.controls import close_box, fill, order_focus
+from app.controls import close_box, fill, order_focus, table
 from app.engines.client import EngineName
 from app.image_view.engine_pane import EnginePane
 from app.sensitivity_view.band_layer import BandLayer, PlotMouse
@@ -90,17 +84,12 @@ class SensitivityView(QObject):
         editor.add_panel(self.findings)
         self._refreshes = self._listed_refreshes()
         self._connect()
+        tag = self.band.tag
         order_focus(
             [
-                *editor.header_controls,
-                *self.chips.controls,
-                area.widget,
-                *self.responses.flags,
-                *editor.card.controls,
-                self.band.tag.add,
-                self.band.tag.release,
-                *self.findings.controls,
-                self.source,
+                *(*editor.header_controls, *self.chips.controls, area.widget),
+                *(*self.responses.flags, *editor.card.controls, tag.add, tag.release),
+                *(*self.findings.controls, self.source),
             ]
         )
         self._fold()
@@ -194,17 +183,9 @@ class SensitivityView(QObject):
         columns, rows = self.responses.table()
         dialog = QDialog(self._editor)
         dialog.setWindowTitle(f"Change: {self._asked.region_name}")
-        table = QTableWidget(len(rows), len(columns))
-        table.setAccessibleName(dialog.windowTitle())
-        table.setHorizontalHeaderLabels(columns)
-        table.verticalHeader().hide()
-        table.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
-        table.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
-        for down, row in enumerate(rows):
-            for right, text in enumerate(row):
-                table.setItem(down, right, QTableWidgetItem(text))
-        table.resizeColumnsToContents()
-        fill(QVBoxLayout(dialog), table, close_box(dialog), margins=(9, 9, 9, 9), spacing=6)
+        shown = table(dialog.windowTitle(), columns, rows)
+        shown.resizeColumnsToContents()
+        fill(QVBoxLayout(dialog), shown, close_box(dialog), margins=(9, 9, 9, 9), spacing=6)
         dialog.resize(*TABLE_SIZE)
         dialog.open()
         return dialog
@@ -336,39 +317,35 @@ def _shown_result(
     answer: Answer[Any] | None = asker.region if band is None else asker.field
     if answer is None or image is None or not answer.is_of(state.inputs):
         return None
-    common = {
-        "scalar_range": state.scalar_range,
-        "scalar_window": asker.window,
-        "units": units,
-        "scale": state.scale,
-        "opacity": state.transfer_function.opacity.sample(),
-        "colors": state.transfer_function.color.sample(),
-        "image": image,
-        "sensitivity": answer.value,
-        "width": answer.request.width,
-        "source": answer.source,
-    }
+    request = answer.request
     if band is None:
         if not asker.is_fresh(answer):
             return None
-        shape = answer.request.quality.pixels.shape
-        return SensitivityResult(
-            kind="region",
-            measure=answer.request.measure,
-            place=asker.asked.region_name,
-            pixels=int(answer.request.region.mask(shape).sum()),
-            **common,
-        )
-    if answer.request.values != band.values:
-        return None
-    low, high = values_at(band.values, state.scale)
-    values = f"{low:.5g}" if low == high else f"{low:.5g} to {high:.5g}"
-    common["image"] = at_size_of(answer.value, image)
+        place, measure, edit = asker.asked.region_name, request.measure, None
+        pixels = int(request.region.mask(request.quality.pixels.shape).sum())
+    else:
+        if request.values != band.values:
+            return None
+        low, high = values_at(band.values, state.scale)
+        values = f"{low:.5g}" if low == high else f"{low:.5g} to {high:.5g}"
+        place = f"edits around {values}{f' {units}' if units else ''}"
+        measure, pixels = asker.asked.choices.measure, answer.value.shape[0] * answer.value.shape[1]
+        edit = edit_over(band.values, state.scalar_range, request.width)
+        image = at_size_of(answer.value, image)
     return SensitivityResult(
-        kind="value",
-        measure=asker.asked.choices.measure,
-        place=f"edits around {values}{f' {units}' if units else ''}",
-        pixels=answer.value.shape[0] * answer.value.shape[1],
-        edit=edit_over(band.values, state.scalar_range, answer.request.width),
-        **common,
+        kind="region" if band is None else "value",
+        measure=measure,
+        place=place,
+        pixels=pixels,
+        edit=edit,
+        scalar_range=state.scalar_range,
+        scalar_window=asker.window,
+        units=units,
+        scale=state.scale,
+        opacity=state.transfer_function.opacity.sample(),
+        colors=state.transfer_function.color.sample(),
+        image=image,
+        sensitivity=answer.value,
+        width=request.width,
+        source=answer.source,
     )

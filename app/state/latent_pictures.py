@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
@@ -65,11 +64,7 @@ class GridPicture:
 
 
 class LatentPictures(QObject):
-    """Asks engines for pictures whenever brush, mouse, view, light or colours change.
-
-    Its session has the map that they are of; its model is the folder of one that fits the volume.
-    The clients are those of a ray caster and the generator.
-    """
+    """Asks engines for pictures whenever brush, mouse, view, light or colours change."""
 
     gridDrawn = Signal(object)  # emitted with a :class:`GridPicture`, or None without any
     hoverDrawn = Signal(object)  # emitted with a :class:`HoverPicture`; None without the mouse
@@ -113,7 +108,7 @@ class LatentPictures(QObject):
         # Coarse pictures first, which are there in a fraction of the time.
         self.session.differentChanged.connect(lambda: self._ask_grid(live=True))
         self.exact = clients["exact"]
-        self.exact.stateChanged.connect(partial(self._check_failure, self.exact))
+        self.exact.stateChanged.connect(self._check_failure)
 
     @property
     def from_codes(self) -> bool:
@@ -176,9 +171,9 @@ class LatentPictures(QObject):
         else:
             self.ask()
 
-    def _check_failure(self, client: EngineClient, state: EngineState) -> None:
+    def _check_failure(self, state: EngineState) -> None:
         if state is EngineState.FAILED and self.state.choices.shown:
-            self.problem.emit(client.text)
+            self.problem.emit(self.exact.text)
 
     def _forget(self) -> None:
         self._grids.cancel()

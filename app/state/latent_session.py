@@ -102,8 +102,7 @@ OpenSpace = Callable[[Range, Range, ValueScale, Path | None], "LatentSpace"]
 class LatentSession(QObject):
     """Opens a codec and its map in the background when the browser is first shown.
 
-    Without a stored map the principal components are shown at once, and t-SNE is computed in
-    a process of its own.
+    Without a stored map it shows principal components until a process has computed t-SNE.
     """
 
     mapChanged = Signal(object)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from operator import itemgetter
 from pathlib import Path
 
 from app.engines.messages import error_sentence
@@ -45,25 +46,21 @@ class Library:
     def models_of(self, fingerprint: str, remembered: Sequence[str]) -> list[KnownModel]:
         """Return the models of a volume: the one opened last, the user's, then shipped ones.
 
-        Remembered are folders that were opened with it, the newest first. Of the shipped ones that
-        of direct light comes first: it shows most. Models that are gone, that this version does not
-        draw, or that are of another volume by now, are left out.
+        Remembered are folders that were opened with it, the newest first. Models that are gone,
+        that this version does not draw, or that are of another volume by now, are left out.
         """
-        own = [Path(text) for text in remembered]
-        shipped = shipped_models()
-        folders = [*(f for f in own if f not in shipped), *shipped]
-        cards = [(folder, card) for folder in folders if (card := _card(folder)) is not None]
-        ours = [(f, card) for f, card in cards if card.scene.volume_fingerprint == fingerprint]
-        last = own[0] if own else None
-        ours.sort(key=lambda one: (one[0] != last, one[0] in shipped and _rank(one[1])))
-        return [
-            KnownModel(
-                folder,
-                folder.name.replace("_", " ") if folder in shipped else folder.name,
-                error_text(card.metrics),
-            )
-            for folder, card in ours
-        ]
+        own, shipped = [Path(text) for text in remembered], shipped_models()
+        found = []
+        for folder in (*(each for each in own if each not in shipped), *shipped):
+            card = _card(folder)
+            if card is not None and card.scene.volume_fingerprint == fingerprint:
+                is_shipped = folder in shipped
+                name = folder.name.replace("_", " ") if is_shipped else folder.name
+                # Of the shipped ones, that of direct light shows most.
+                is_later = is_shipped and card.scene.lighting != "direct"
+                rank = folder not in own[:1], is_shipped, is_later
+                found.append((rank, KnownModel(folder, name, error_text(card.metrics))))
+        return [model for _rank, model in sorted(found, key=itemgetter(0))]
 
     def shipped(self) -> list[tuple[KnownModel, Path]]:
         """Return the shipped models, named by volume and light, with their volumes."""
@@ -78,10 +75,9 @@ class Library:
         return found
 
     def volume_of(self, folder: Path) -> Path | None:
-        """Return where the volume of a model probably is, or None if that is not known.
+        """Return where a model's volume was open before, or a file of its name nearby or shipped.
 
-        The place where it was open before, a file of its name next to the model, or a
-        shipped one. Its fingerprint is known once it is open.
+        Its fingerprint is known once it is open.
         """
         card = _card(folder)
         if card is None:
@@ -101,9 +97,8 @@ class Library:
     def check_model(self, folder: Path) -> Scene:
         """Return what a model that can be opened was trained on; quick, and without torch.
 
-        The card must be whole and the weights' file the one that it was written for; the
-        weights are compared by their SHA-256, some hundred MB in a second. Raises
-        :class:`CheckpointError`, so that a working model is given up only for one that works.
+        Compares the weights' SHA-256, some hundred MB in a second. Raises :class:`CheckpointError`,
+        so that a working model is given up only for one that works.
         """
         try:
             _check_folder(folder)
@@ -138,11 +133,6 @@ def _card(folder: Path) -> ModelCard | None:
         return card_of(folder, read_header(folder))
     except (TfscopeError, OSError):
         return None
-
-
-def _rank(card: ModelCard) -> int:
-    """Order of shipped models, from 1: the smallest comes first."""
-    return 1 + (card.scene.lighting != "direct")
 
 
 def _volume_files(place: Path) -> Iterator[Path]:

@@ -90,10 +90,7 @@ class KeptFile(Generic[T]):
         return file
 
     def unwritten(self) -> Callable[[], None] | None:
-        """Return a function that writes what is not written yet, from any thread; None if all is.
-
-        It raises :class:`KeptFileError` where the file cannot be written.
-        """
+        """Return what writes all that is not written yet, from any thread; None if all is."""
         self._forget_written()
         if self._path is None or not self._changes:
             return None
@@ -239,10 +236,7 @@ class Preferences(QObject):
         return file.values, file.problem
 
     def refresh(self, fingerprint: str) -> str:
-        """Take in what other windows have written of a volume, and their settings.
-
-        Return a sentence for the user if the volume's file could not be read; mostly empty.
-        """
+        """Take in what other windows have written; return what is wrong with a volume's file."""
         file = self._volume(fingerprint)
         problem = file.problem
         self._settings.refresh()

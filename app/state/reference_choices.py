@@ -52,10 +52,7 @@ class ReferenceChoices(ImageSettings):
         )
 
     def light_range(self, scene: Scene | None, settings: ReferenceSettings) -> LightRange | None:
-        """Return the range in which the user may move the light; None without or for a fixed one.
-
-        A model that was trained under the same light decides.
-        """
+        """Return where the user may move the light; None without one, or where a model fixes it."""
         if settings.lighting == "none":
             return None
         if scene is not None and scene.lighting == settings.lighting:

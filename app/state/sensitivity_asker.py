@@ -219,8 +219,11 @@ class SensitivityAsker(QObject):
         self._forget()
 
     def show(self, picture: Raster) -> None:
-        """Answer for a reference image of these pixels, from the next answer on."""
-        self._picture = picture
+        """Answer for a reference image of these pixels; fields of another shape are asked anew."""
+        is_other, self._picture = picture.shape != self._picture.shape, picture
+        if is_other and self.asked.band is not None:
+            self._drop_fields()
+            self._band_rest.start()
 
     def set_learned(self, size: int | None) -> None:
         """Set the image size of a generator that fits the volume; None without one."""
@@ -288,11 +291,14 @@ class SensitivityAsker(QObject):
         if self.asked.band is None:
             self._band_rest.stop()
             self._ask("field", "seen", seconds=DRAG_SECONDS)
-            self.fields, self.seen, self.seen_too = {}, None, None
-            self.answered.emit("field")
+            self._drop_fields()
         elif not self._moves:
             self._ask("field", "seen", seconds=DRAG_SECONDS)
             self._band_rest.start()
+
+    def _drop_fields(self) -> None:
+        self.fields, self.seen, self.seen_too = {}, None, None
+        self.answered.emit("field")
 
     def _follow_choices(self) -> None:
         before, self._before = self._before, self.asked.choices

@@ -37,17 +37,13 @@ class SessionContent:
 
 @dataclass(frozen=True)
 class Session:
-    """All that a window shows.
-
-    The fingerprint is the checksum of the volume's voxels; `wrong` has the names of what was wrong
-    in the session's file, and was left out.
-    """
+    """All that a window shows."""
 
     volume: Path
-    fingerprint: str
+    fingerprint: str  # of the volume
     content: SessionContent = field(default_factory=SessionContent)
     model: Path | None = None
-    wrong: tuple[str, ...] = ()
+    wrong: tuple[str, ...] = ()  # names of what in the file was wrong, and is left out
 
     def save(self, path: Path) -> None:
         """Write the file, whole or not at all; raise :class:`SessionError` if that fails.

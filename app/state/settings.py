@@ -32,19 +32,16 @@ _Byte = Annotated[int, Meta(ge=0, le=255)]
 
 @dataclass(frozen=True)
 class FigureSettings:
-    """Choices of the figure or movie that was saved last.
-
-    No background is a transparent one, no samples of a pixel their usual number, and no seconds a
-    figure; the rate of a movie is in frames a second.
-    """
+    """Choices of the figure or movie that was saved last."""
 
     longer_side: Annotated[int, Meta(ge=0, le=8192)] = 0
     background: tuple[_Byte, _Byte, _Byte] | Literal["gradient"] | None = (0, 0, 0)
+    """None is a transparent one."""
     legend: bool = False
     scale_bar: bool = False
-    samples: Annotated[int, Meta(ge=0, le=4096)] = 0
-    seconds: Annotated[float, Meta(ge=0, le=600)] = 0.0
-    rate: Annotated[int, Meta(ge=1, le=60)] = 25
+    samples: Annotated[int, Meta(ge=0, le=4096)] = 0  # of a pixel; 0 for the usual number
+    seconds: Annotated[float, Meta(ge=0, le=600)] = 0.0  # of a movie; 0 for a figure
+    rate: Annotated[int, Meta(ge=1, le=60)] = 25  # frames a second
 
 
 @dataclass(frozen=True)
@@ -75,9 +72,7 @@ class SessionSettings(ImageSettings):
 class Settings(SessionSettings):
     """Everything that the window remembers, but for what belongs to one volume.
 
-    The window's geometry is Qt's bytes in base64. Recent files are absolute paths, the newest
-    first. Places are the fingerprints of volumes by the paths where they were opened, the newest
-    at the end.
+    Recent files are absolute paths, the newest first.
     """
 
     trackball: bool = False
@@ -92,7 +87,7 @@ class Settings(SessionSettings):
     recent_models: tuple[str, ...] = ()
     recent_transfer_functions: tuple[str, ...] = ()
     recent_sessions: tuple[str, ...] = ()
-    places: dict[str, str] = field(default_factory=dict)
+    places: dict[str, str] = field(default_factory=dict)  # fingerprints by paths, the newest last
 
 
 T = TypeVar("T")

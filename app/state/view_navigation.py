@@ -175,16 +175,15 @@ class ViewNavigation(QObject):
         home_angles: tuple[float, float] | None = None,
     ) -> None:
         """Look at another volume with these proportions, axes and shown places."""
-        up = up or DEFAULT_UP
-        front = axis_labelled("A", axis_labels)
-        home = home_view(
-            proportions, up, front=front, points=shown, reach=reach, angles=home_angles
-        )
         self._view_moving = False
-        self._home_angles = home_angles
-        self.proportions, self.axis_labels, self._shown = proportions, axis_labels, shown
-        self._middle = _middle_of(shown)
-        self.up_axis, self._home, self._reach = up, home, reach
+        self.proportions, self.up_axis, self.axis_labels = (
+            proportions,
+            up or DEFAULT_UP,
+            axis_labels,
+        )
+        self._shown, self._middle = shown, _middle_of(shown)
+        self._reach, self._home_angles = reach, home_angles
+        self._home = self._upright_home()
         self.navigationChanged.emit()
         self._look(view or self.home)
 

@@ -176,10 +176,7 @@ class VolumeOpening(QObject):
         return _ModelNow(self.wanted.model, folder, scene, is_shown)
 
     def _read(self, path: Path, wanted: Wanted, stop: threading.Event) -> _Read:
-        """Read a volume, and compute what the window shows of it; in a thread of its own.
-
-        Raise :class:`VolumeError` when the file holds no usable volume.
-        """
+        """Read a volume, and compute what the window shows of it; in a thread of its own."""
         last = 0.0
 
         def listen(what: str, done: int, count: int) -> None:

@@ -18,13 +18,9 @@ from model.volume_files.choice import Choice
 
 @dataclass(frozen=True)
 class WindowStart:
-    """Files, view and looks that the window starts with; None is what it would choose itself.
+    """Files, view and looks that the window starts with; None is what it would choose itself."""
 
-    A session's volume is `volume`. Raises :class:`TfscopeError` for a light direction in an unlit
-    image.
-    """
-
-    volume: Path
+    volume: Path  # a session's, too
     model: Path | None = None
     tf: Path | None = None
     view: View | None = None

@@ -90,13 +90,7 @@ class Workspace(QObject):
             builders.read_volume, self, self.model, self.library, preferences, self
         )
         self.opened: OpenedVolume | None = None
-        self.pieces = PieceFinder(
-            state,
-            asked,
-            lambda: None if self.opened is None else self.opened.volume,
-            self.news.emit,
-            self,
-        )
+        self.pieces = PieceFinder(state, asked, lambda: self._volume, self.news.emit, self)
         self._kept = ""
         """Fingerprint of the volume of which is kept what is made of it."""
         self._is_restored = False
@@ -135,6 +129,10 @@ class Workspace(QObject):
     def _share_patience(self, choices: ReferenceChoices) -> None:
         """Have pictures of the map be as fast as the images are to be."""
         self.latent.allow(STOPS[choices.stop].patience)
+
+    @property
+    def _volume(self) -> Volume | None:
+        return None if self.opened is None else self.opened.volume
 
     @property
     def is_settled(self) -> bool:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import replace
 from typing import Literal
 
 from PySide6.QtCore import QObject, QPoint, QPointF, QRectF, Qt, Signal
@@ -161,18 +161,11 @@ class DragHandle(QGraphicsObject):
 
 
 Kind = Literal["opacity", "color"]
-
-
-@dataclass(frozen=True)
-class Selected:
-    """A handle of the opacity TF or of the colour TF, identified by its index."""
-
-    kind: Kind
-    index: int
+KINDS: tuple[Kind, Kind] = "opacity", "color"
 
 
 class Selection(QObject):
-    """Holds the selected handles, all of one kind, and emits `changed`.
+    """Holds which handles, all of one kind, are selected, and emits `changed`.
 
     The one selected last is the current one, whose numbers are shown; if keys act on its left or
     right flank, that is 0 or 1.
@@ -182,42 +175,40 @@ class Selection(QObject):
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self._handles: tuple[Selected, ...] = ()
+        self.kind: Kind = "opacity"
+        self._indices: tuple[int, ...] = ()
         self.flank: int | None = None
         self._known: tuple[object, ...] = ()
-        self._before: tuple[Selected, ...] = ()  # selection from before a handle was added
+        self._before: tuple[Kind, tuple[int, ...]] | None = None
+        """Selection from before a handle was added."""
 
     @property
-    def selected(self) -> Selected | None:
-        """The current handle; None if there is none."""
-        return self._handles[-1] if self._handles else None
+    def current(self) -> int | None:
+        """Index of the current handle; None if there is none."""
+        return self._indices[-1] if self._indices else None
 
     def index(self, kind: Kind) -> int | None:
         """Return the index of the current handle if it is of this kind, or None."""
-        selected = self.selected
-        return selected.index if selected is not None and selected.kind == kind else None
+        return self.current if kind == self.kind else None
 
     def indices(self, kind: Kind) -> tuple[int, ...]:
         """Return the indices of all selected handles of this kind, in order."""
-        return tuple(sorted(handle.index for handle in self._handles if handle.kind == kind))
+        return tuple(sorted(self._indices)) if kind == self.kind else ()
 
-    def select(self, kind: Kind, index: int, flank: int | None = None) -> None:
-        """Select one handle only, or a flank of it."""
-        self._set((Selected(kind, index),), flank)
-
-    def select_all(self, kind: Kind, indices: Iterable[int]) -> None:
-        """Select these handles; the last one becomes the current one."""
-        self._set(tuple(Selected(kind, index) for index in dict.fromkeys(indices)))
+    def select(self, kind: Kind, *indices: int, flank: int | None = None) -> None:
+        """Select these handles only, or a flank of one; the last one becomes the current one."""
+        self._before = None
+        self._change(kind, tuple(dict.fromkeys(indices)), flank)
 
     def toggle(self, kind: Kind, index: int) -> None:
         """Add a handle, or take it away; those of the other kind are no longer selected."""
-        handle = Selected(kind, index)
-        same = tuple(h for h in self._handles if h.kind == kind and h != handle)
-        self._set(same if handle in self._handles else (*same, handle))
+        present = self._indices if kind == self.kind else ()
+        others = [each for each in present if each != index]
+        self.select(kind, *others, *(() if index in present else (index,)))
 
     def clear(self) -> None:
         """Select nothing."""
-        self._set(())
+        self.select(self.kind)
 
     def fit(self, transfer_function: TransferFunction) -> None:
         """Take away handles that no longer exist; select one that was added to the others."""
@@ -225,25 +216,23 @@ class Selection(QObject):
         handles: tuple[object, ...] = opacity.points or opacity.modes
         known, self._known = self._known, handles
         added = [i for i, handle in enumerate(handles) if handle not in known]
+        present = self.kind, self._indices
         if len(added) == 1 and 0 < len(known) == len(handles) - 1:
-            before = self._handles
             self.select("opacity", added[0])
-            self._before = before
+            self._before = present
             return
-        wanted, gone = self._handles, [i for i, handle in enumerate(known) if handle not in handles]
-        if self._before and not added and wanted == tuple(Selected("opacity", i) for i in gone):
-            wanted, self._before = self._before, ()
-        counts = {"opacity": len(handles), "color": len(color.stops)}
-        left = tuple(h for h in wanted if h.index < counts[h.kind])
-        self._change(left, None if opacity.points or left != self._handles else self.flank)
+        gone = tuple(i for i, handle in enumerate(known) if handle not in handles)
+        kind, wanted = present
+        if self._before is not None and not added and present == ("opacity", gone):
+            (kind, wanted), self._before = self._before, None
+        count = len(handles) if kind == "opacity" else len(color.stops)
+        left = tuple(index for index in wanted if index < count)
+        keeps_flank = not opacity.points and (kind, left) == present
+        self._change(kind, left, self.flank if keeps_flank else None)
 
-    def _set(self, handles: tuple[Selected, ...], flank: int | None = None) -> None:
-        self._before = ()
-        self._change(handles, flank)
-
-    def _change(self, handles: tuple[Selected, ...], flank: int | None) -> None:
-        if (handles, flank) != (self._handles, self.flank):
-            self._handles, self.flank = handles, flank
+    def _change(self, kind: Kind, indices: tuple[int, ...], flank: int | None) -> None:
+        if (kind, indices, flank) != (self.kind, self._indices, self.flank):
+            self.kind, self._indices, self.flank = kind, indices, flank
             self.changed.emit()
 
 
@@ -253,7 +242,7 @@ class HandleMoves:
     def __init__(self, state: ViewerState, selection: Selection) -> None:
         self.state, self.selection = state, selection
         self._start: TransferFunction | None = None
-        self._clicked: Selected | None = None
+        self._clicked: tuple[Kind, int] | None = None
         self.colors_follow = True  # a colour stop at the mean of a mode moves along with it
 
     @property
@@ -270,8 +259,8 @@ class HandleMoves:
         else:
             # One of several: they stay selected, so that they can be dragged together.
             others = (i for i in self.selection.indices(kind) if i != index)
-            self.selection.select_all(kind, (*others, index))
-        self._clicked = None if adds else Selected(kind, index)
+            self.selection.select(kind, *others, index)
+        self._clicked = None if adds else (kind, index)
         self._start = self.tf
 
     def drag(self, kind: Kind, index: int, value: float, height: float = 0.0) -> None:
@@ -288,17 +277,16 @@ class HandleMoves:
     def finish(self, text: str) -> None:
         """End a drag: one undo step. A click without a drag selects its handle alone."""
         if self._clicked is not None and not self.state.live:
-            self.selection.select(self._clicked.kind, self._clicked.index)
+            self.selection.select(*self._clicked)
         self._start = self._clicked = None
         self.state.tf_input.finish(text)
 
     def nudge(self, shift: float, lift: float) -> None:
         """Move the selected handles by a difference in value and in opacity."""
-        selected = self.selection.selected
-        if selected is not None:
-            indices = self.selection.indices(selected.kind)
+        kind = self.selection.kind
+        if indices := self.selection.indices(kind):
             after = self._moved(self.tf, shift, lift)
-            self.state.tf_input.set(after, "nudge", f"nudge {selected.kind} {indices}")
+            self.state.tf_input.set(after, "nudge", f"nudge {kind} {indices}")
 
     def resize(self, index: int, width: float) -> None:
         """Set the width of a mode."""
@@ -328,20 +316,18 @@ class HandleMoves:
 
     def remove(self) -> None:
         """Remove the selected handles, all but the ends of a free curve and of the colours."""
-        tf, selected = self.tf, self.selection.selected
-        if selected is None:
-            return
-        indices = self.selection.indices(selected.kind)
+        tf, kind = self.tf, self.selection.kind
+        indices = self.selection.indices(kind)
         opacity, color = tf.opacity, tf.color
         for index in reversed(indices):
-            if selected.kind == "opacity":
+            if kind == "opacity":
                 opacity = edits.remove_opacity_handle(opacity, index)
             else:
                 color = edits.remove_stop(color, index)
         after = TransferFunction(opacity, color)
         if after != tf:
             self.selection.clear()
-            name = handle_name(opacity) if selected.kind == "opacity" else "colour stop"
+            name = handle_name(opacity) if kind == "opacity" else "colour stop"
             self.state.tf_input.set(after, f"remove {name}" + ("s" if len(indices) > 1 else ""))
 
     def select_strongest(self) -> None:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from PySide6.QtCore import QPoint, QRect, QSize, Qt
@@ -15,7 +16,7 @@ from app.controls import fill, text_button
 from app.icons import IconButton
 from app.number_box import NumberBox
 from app.placing import freest
-from app.tf_editor.handles import HandleMoves
+from app.tf_editor.handles import KINDS, HandleMoves
 from app.tf_editor.plot_area import PIN_PLACE, PlotArea
 from app.tf_editor.tf_layers import ColorLayer
 from app.tf_editor.unit_axis import WIDTHS
@@ -31,6 +32,7 @@ STEP, REACH, DOWN = 12, 300, 4
 OWN = 9  # half the side of the square that the card's own handle takes, in pixels
 CURVE_PLACES = 129  # places of the opacity curve that the card keeps off
 PIN_GAP = 8  # distance to the side of a pin: it lies below the card, too
+FIELDS = "value", "width", "opacity"
 VALUE_MEANING = "Scalar value (F2)"
 
 WIDTH_MEANING = "Distance from the mean at which the opacity has fallen to 37 %"
@@ -62,9 +64,8 @@ class ModeCard(QFrame):
         # Within the card's frame.
         self.remove_button.setFixedSize(24, 24)
         self._lay_out()
-        typed = self._value_typed, self._width_typed, self._height_typed
-        for box, take in zip(self.fields, typed, strict=True):
-            box.valueChanged.connect(take)
+        for box, what in zip(self.fields, FIELDS, strict=True):
+            box.valueChanged.connect(partial(self._typed, what))
         self.remove_button.clicked.connect(moves.remove)
         self.refresh()
 
@@ -80,7 +81,7 @@ class ModeCard(QFrame):
 
     def _lay_out(self) -> None:
         self._row = row = fill(QHBoxLayout(self), margins=(8, 0, 4, 0), spacing=4)
-        for box, text in zip(self.fields, ("value", "width", "opacity"), strict=True):
+        for box, text in zip(self.fields, FIELDS, strict=True):
             box.setAccessibleName(text.capitalize())
             box.setProperty("role", "card")
             box.setFixedHeight(22)
@@ -136,7 +137,7 @@ class ModeCard(QFrame):
             for box in self.fields
             if not box.isHidden()
         ]
-        is_any = self._selection.selected is not None
+        is_any = self._selection.current is not None
         self._area.widget.setAccessibleDescription(
             ", ".join([self.heading, *numbers]) if is_any else self.heading
         )
@@ -146,10 +147,7 @@ class ModeCard(QFrame):
         handles = edits.opacity_handles(opacity)
         lo, hi = opacity.scalar_range
         value, height = handles[index]
-        name = "Point" if opacity.points else "Mode"
-        count = len(self._selection.indices("opacity"))
-        more = f", {count} selected" if count > 1 else ""
-        self.heading = f"{name} {index + 1} of {len(handles)}{more}"
+        self._name("Point" if opacity.points else "Mode", index, len(handles))
         self._set_value(edits.opacity_limits(opacity, index), value)
         self.height_box.show_value(height)
         if opacity.points:
@@ -164,13 +162,16 @@ class ModeCard(QFrame):
 
     def _show_stop(self, color: ColorTF, index: int) -> None:
         value, *rgb = color.stops[index]
-        count = len(self._selection.indices("color"))
-        more = f", {count} selected" if count > 1 else ""
-        self.heading = f"Colour stop {index + 1} of {len(color.stops)}{more}"
+        self._name("Colour stop", index, len(color.stops))
         self._set_value(edits.stop_limits(color, index), value)
         self._show_color(tuple(rgb))
         self._show_fields(self.value)
         self.remove_button.setEnabled(not edits.is_end_stop(color, index))
+
+    def _name(self, name: str, index: int, count: int) -> None:
+        selected = len(self._selection.indices(self._selection.kind))
+        more = f", {selected} selected" if selected > 1 else ""
+        self.heading = f"{name} {index + 1} of {count}{more}"
 
     def _show_color(self, rgb: tuple[float, ...]) -> None:
         red, green, blue = (round(255 * part) for part in rgb)
@@ -250,35 +251,21 @@ class ModeCard(QFrame):
         self.show()
         self.raise_()
 
-    def _value_typed(self, value: float) -> None:
-        index, stop = self._selection.index("opacity"), self._selection.index("color")
+    def _typed(self, what: str, number: float) -> None:
+        """Take a number that is typed for the selected handle: one undo step."""
+        tf, index, stop = self._moves.tf, *map(self._selection.index, KINDS)
         if index is not None:
-            at = edits.opacity_handles(self._moves.tf.opacity)[index]
-            self._edit_opacity(lambda o: edits.move_opacity_handle(o, index, value, at[1]), "value")
+            value, height = edits.opacity_handles(tf.opacity)[index]
+            if what == "width":
+                opacity = edits.resize_mode(tf.opacity, index, number)
+            else:
+                place = (number, height) if what == "value" else (value, number)
+                opacity = edits.move_opacity_handle(tf.opacity, index, *place)
+            after = self._moves.with_opacity(tf, opacity)
+            self._state.tf_input.set(after, f"set {what}", f"{what} {index}")
         elif stop is not None:
-            tf = self._moves.tf
-            color = edits.move_stop(tf.color, stop, value)
+            color = edits.move_stop(tf.color, stop, number)
             self._state.tf_input.set(replace(tf, color=color), "move colour stop", f"stop {stop}")
-            self.refresh()
-
-    def _height_typed(self, height: float) -> None:
-        index = self._selection.index("opacity")
-        if index is not None:
-            at = edits.opacity_handles(self._moves.tf.opacity)[index]
-            self._edit_opacity(
-                lambda o: edits.move_opacity_handle(o, index, at[0], height), "opacity"
-            )
-
-    def _width_typed(self, width: float) -> None:
-        index = self._selection.index("opacity")
-        if index is not None:
-            self._edit_opacity(lambda o: edits.resize_mode(o, index, width), "width")
-
-    def _edit_opacity(self, edit: Callable[[OpacityTF], OpacityTF], what: str) -> None:
-        tf = self._state.transfer_function
-        index = self._selection.index("opacity")
-        after = self._moves.with_opacity(tf, edit(tf.opacity))
-        self._state.tf_input.set(after, f"set {what}", f"{what} {index}")
         # Even if the edit changed nothing, so that a number outside the limits is replaced.
         self.refresh()
 

@@ -87,9 +87,9 @@ class PlotGestures(QObject):
         self._start = None
         modes = self._inside(self._opacity.peaks, frame)
         if modes:
-            self._selection.select_all("opacity", modes)
+            self._selection.select("opacity", *modes)
         else:
-            self._selection.select_all("color", self._inside(self._color.stops, frame))
+            self._selection.select("color", *self._inside(self._color.stops, frame))
         return True
 
     def _inside(self, handles: list[DragHandle], frame: QRect) -> list[int]:
@@ -180,13 +180,14 @@ class EditorKeys(QObject):
 
     def _go(self, step: int) -> None:
         """Go to the next or last handle; beyond the first and last one, out of the plots."""
-        targets, now = self._targets(), self._selection.selected
-        if now is None:
+        targets, selection = self._targets(), self._selection
+        if selection.current is None:
             at = -1 if step > 0 else len(targets)
         else:
-            at = targets.index((now.kind, now.index, self._selection.flank))
+            at = targets.index((selection.kind, selection.current, selection.flank))
         if 0 <= at + step < len(targets):
-            self._selection.select(*targets[at + step])
+            kind, index, flank = targets[at + step]
+            selection.select(kind, index, flank=flank)
         elif step > 0:
             self._area.widget.window().focusNextChild()
         else:
@@ -206,10 +207,10 @@ class EditorKeys(QObject):
         """Select all handles of the current one's kind; all modes or points without one."""
         tf = self._moves.tf
         if self._selection.index("color") is not None:
-            self._selection.select_all("color", range(len(tf.color.stops)))
+            self._selection.select("color", *range(len(tf.color.stops)))
         else:
             count = len(edits.opacity_handles(tf.opacity))
-            self._selection.select_all("opacity", range(count))
+            self._selection.select("opacity", *range(count))
 
     def _targets(self) -> list[tuple[Kind, int, int | None]]:
         """All handles in the order of Tab: modes with their flanks or points, then stops."""

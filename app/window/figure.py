@@ -241,21 +241,17 @@ Size = tuple[int, int]
 
 @dataclass(frozen=True)
 class FigureChoice:
-    """Choices for a figure or movie; its size is in pixels, no background is a transparent one.
+    """Choices for a figure, or for a movie of one full turn."""
 
-    Samples are of each pixel of a path-traced ground truth, 0 in other light. A movie of one full
-    turn has a length in seconds, 0 for a figure, and a rate in frames a second.
-    """
-
-    width: int
+    width: int  # in pixels
     height: int
-    background: Background | None = BLACK
+    background: Background | None = BLACK  # None is a transparent one
     legend: bool = False
     scale_bar: bool = False
     which: Which = "reference"
-    samples: int = 0
-    seconds: float = 0.0
-    rate: int = 25
+    samples: int = 0  # of each pixel of a path-traced ground truth; 0 in other light
+    seconds: float = 0.0  # of a movie; 0 for a figure
+    rate: int = 25  # frames a second
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -69,7 +69,6 @@ class _Job:
     choice: FigureChoice
     place: Path | None
     frames: list[SceneInputs]
-    names: list[str]
     tf_b: TransferFunction | None = None
     settings_b: ReferenceSettings | None = None  # that B is drawn with, where not with those of A
     images: dict[str, tuple[Rgba, float]] = field(default_factory=dict)
@@ -80,6 +79,13 @@ class _Job:
     begun: float = field(default_factory=monotonic)
 
     @property
+    def names(self) -> list[str]:
+        """Names of the images that it needs."""
+        if self.choice.which == "difference":
+            return [*TITLES]
+        return [name for name in self.choice.names if name != "difference"]
+
+    @property
     def kind(self) -> str:
         return "movie" if self.choice.seconds else "figure"
 
@@ -88,15 +94,8 @@ class _Job:
         if part < LEAST_PART:
             return ""
         seconds = (monotonic() - self.begun) * (1 - part) / part
-        return (
-            f"\nAbout {seconds:.0f} s left"
-            if seconds < 90
-            else f"\nAbout {seconds / 60:.0f} min left"
-        )
-
-    @property
-    def is_drawn(self) -> bool:
-        return self.drawn == len(self.frames)
+        left = f"{seconds:.0f} s" if seconds < 90 else f"{seconds / 60:.0f} min"
+        return f"\nAbout {left} left"
 
     def written(self) -> Iterator[NDArray[np.uint8]]:
         """Yield a movie's pictures as they are drawn; raise where it is given up."""
@@ -225,7 +224,7 @@ class FigureSaving(QObject):
                 state.view, choice.frame_count, state.up_axis, state.proportions, pivot
             )
             frames = [replace(inputs, view=view) for view in views]
-        job = self._job = _Job(choice, place, frames, _names(choice), *self._of_b())
+        job = self._job = _Job(choice, place, frames, *self._of_b())
         if choice.which == "difference":
             # Of both images as they are shown: the numbers are the screen's.
             if not self._compared():
@@ -240,7 +239,7 @@ class FigureSaving(QObject):
             self._writing.ask(partial(write_movie, place, job.written(), choice.rate))
             self._show_progress("Save movie", what, len(frames))
         self._context.status.say(what)
-        self._draw_next(job)
+        _ask(self._channels, job, choice.samples)
 
     def cancel(self) -> None:
         """Give up what is being drawn."""
@@ -274,10 +273,6 @@ class FigureSaving(QObject):
         look = max(choice.width, choice.height), choice.background, choice.legend, choice.scale_bar
         kept = FigureSettings(*look, samples, choice.seconds, choice.rate)
         self._context.preferences.set(figure=kept)
-
-    def _draw_next(self, job: _Job) -> None:
-        """Ask for the images of the next frame; a generator has pixels of its own."""
-        _ask(self._channels, job, job.choice.samples)
 
     def _take(self, name: str, result: Result) -> None:
         job = self._job
@@ -314,12 +309,12 @@ class FigureSaving(QObject):
         if self._job is not job:
             # Cancelled while the progress was painted.
             return
-        if job.is_drawn:
+        if job.drawn == len(job.frames):
             self._job = None
             job.pictures.put(None)
             self._context.status.say("Writing the movie …")
         else:
-            self._draw_next(job)
+            _ask(self._channels, job, choice.samples)
 
     def _deliver(self, image: QImage, place: Path | None) -> None:
         if place is None:
@@ -402,7 +397,7 @@ class FigureSaving(QObject):
         width, height = (max(round(scale * side), 1) for side in (choice.width, choice.height))
         small = replace(choice, width=width, height=height)
         state = self._context.state
-        job = _Job(small, None, [state.inputs_of("A")], _names(choice), *self._of_b())
+        job = _Job(small, None, [state.inputs_of("A")], *self._of_b())
         before, self._preview = self._preview, (dialog, job)
         if choice.which == "difference":
             job.images = self._compared()
@@ -432,12 +427,6 @@ class FigureSaving(QObject):
 def _shape(choice: FigureChoice) -> tuple[Which, int, int]:
     """Part of a preview's choice that decides which images it needs."""
     return choice.which, choice.width, choice.height
-
-
-def _names(choice: FigureChoice) -> list[str]:
-    if choice.which == "difference":
-        return [*TITLES]
-    return [name for name in choice.names if name != "difference"]
 
 
 def _ask(channels: Channels[str], job: _Job, samples: int, enlarged: int = 1) -> None:

@@ -122,9 +122,8 @@ class Files(QObject):
     ) -> None:
         """Open a volume, and a model with it.
 
-        The layout of a headerless file that does not say it is asked for first. Of a file or
-        folder that holds several volumes the one that was chosen before is opened, or else the
-        largest, and then which one is asked for.
+        The layout of a headerless file that does not say it is asked for first. Of several volumes
+        in a file the one chosen before is opened, or the largest; then the choice is asked for.
         """
         self._model_awaited = model
         layout = None
@@ -277,7 +276,8 @@ class Files(QObject):
         self._context.fail(text, KEY)
 
     def _read(self, path: Path, choice: Choice | None, wanted: Wanted) -> None:
-        known = self._known_choice(path) if choice is None else choice
+        last = self._preferences.volume_at(path).choice
+        known = Choice.parse(last) if choice is None and last else choice
         self._choice = None if known is None else (path, known)
         wanted = replace(wanted, choice=known, is_remembered=choice is None)
         self._workspace.opening.open(path, wanted)
@@ -338,10 +338,6 @@ class Files(QObject):
             if layout is not None and layout.nbytes == path.stat().st_size:
                 return layout
         return None
-
-    def _known_choice(self, path: Path) -> Choice | None:
-        text = self._preferences.volume_at(path).choice
-        return Choice.parse(text) if text else None
 
     def _ask_for_layout(self, path: Path) -> RawLayout | None:
         try:

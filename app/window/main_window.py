@@ -66,7 +66,7 @@ class MainWindow(WindowParts):
     def _connect(self) -> None:
         """Say what follows what; what an opened volume leads to is below, in order."""
         workspace, work = self.workspace, self.workspace.reference
-        canvas, fail = self.reference.canvas, self.context.fail
+        fail = self.context.fail
         wires: list[tuple[SignalInstance, Callable[..., object]]] = [
             (workspace.opening.reading, self._note_reading),
             (workspace.opening.volumeRead, self._take_read),
@@ -85,7 +85,8 @@ class MainWindow(WindowParts):
             (self.sensitivity_state.changed, self._show_crop_handles),
             (self.panes.arranged, self.arrange),
             (self.state.tf_input.paneChanged, self._show_panes),
-            (canvas.resized, lambda: work.set_pane_pixels(*canvas.pixels)),
+            (self.reference.canvas.resized, self._note_pixels),
+            (self.generator.canvas.resized, self._note_pixels),
             (self.editor.menu.scale_wanted, workspace.opening.show_on_scale),
             (self.browser.problem, lambda text: fail(text, "browser")),
             (self.browser.preview.tfChanged, self.overlays.preview),
@@ -95,6 +96,11 @@ class MainWindow(WindowParts):
             signal.connect(slot)
         self._show_browser(self.latent_state.choices)
         self._show_light()
+
+    def _note_pixels(self) -> None:
+        """Have images of the size of a pane that is in sight: a hidden one may have none."""
+        pixels = self.panes.images[0].canvas.pixels
+        self.workspace.reference.set_pane_pixels(*pixels)
 
     @property
     def errors(self) -> list[str]:

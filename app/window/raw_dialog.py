@@ -92,9 +92,8 @@ Previews = tuple[RawLayout, list[NDArray[np.uint8]]]
 class RawDialog(QDialog):
     """Asks for the layout of a headerless file; raises VolumeError where there is no such file.
 
-    It begins with the layout that name and size give, see :func:`guess_layout`. The three middle
-    slices are shown for what is entered: under a wrong layout they look torn or noisy. Only a
-    layout that needs exactly the file's bytes can be opened.
+    The middle slices are shown for what is entered: under a wrong layout they look torn or noisy.
+    Only a layout that needs exactly the file's bytes can be opened.
     """
 
     def __init__(self, path: Path, parent: QWidget | None = None) -> None:

@@ -12,7 +12,7 @@ from app.controls import fill, rule
 from app.icons import IconButton
 from app.image_view.exactness_slider import ExactnessSlider
 from app.image_view.reference_controls import LightBall
-from app.state.sensitivity_state import SensitivityState
+from app.state.sensitivity_state import SensitivityState, Tool
 
 HEIGHT, TOOLS_WIDTH = 36, 36
 
@@ -53,17 +53,8 @@ class TopBar(QWidget):
         for widget in left:
             row.addWidget(widget, 0, Qt.AlignmentFlag.AlignVCenter)
         row.addStretch(1)
-        right = [
-            ball,
-            light,
-            rule(),
-            exactness,
-            rule(),
-            *self._comparison,
-            self.browse,
-            rule(),
-        ]
-        for widget in (*right, self.save):
+        lit, drawn = (ball, light, rule()), (exactness, rule())
+        for widget in (*lit, *drawn, *self._comparison, self.browse, rule(), self.save):
             row.addWidget(widget)
         self._fold(False)
 
@@ -132,8 +123,9 @@ class ToolStrip(QFrame):
         for button in buttons:
             button.setCheckable(True)
         fill(QVBoxLayout(self), *buttons, margins=(4, 4, 4, 4), spacing=2)
-        self.rectangle.clicked.connect(lambda on: regions.set_tool("rectangle" if on else None))
-        self.lasso.clicked.connect(lambda on: regions.set_tool("lasso" if on else None))
+        self._tools: dict[Tool, IconButton] = {"rectangle": self.rectangle, "lasso": self.lasso}
+        for tool, button in self._tools.items():
+            button.clicked.connect(lambda on, tool=tool: regions.set_tool(tool if on else None))
         regions.changed.connect(lambda _what: self._show_tool(regions.tool))
 
     def lie_over(self, canvas: QWidget | None) -> None:
@@ -145,6 +137,6 @@ class ToolStrip(QFrame):
         if canvas is not None:
             self.raise_()
 
-    def _show_tool(self, tool: object) -> None:
-        self.rectangle.setChecked(tool == "rectangle")
-        self.lasso.setChecked(tool == "lasso")
+    def _show_tool(self, chosen: Tool | None) -> None:
+        for tool, button in self._tools.items():
+            button.setChecked(tool == chosen)

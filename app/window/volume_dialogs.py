@@ -22,12 +22,11 @@ from PySide6.QtWidgets import (
     QPushButton,
     QScrollArea,
     QTableWidget,
-    QTableWidgetItem,
     QVBoxLayout,
     QWidget,
 )
 
-from app.controls import answer_box, clicked, close_box, fill, form, label
+from app.controls import answer_box, clicked, close_box, fill, form, label, table
 from model.errors import VolumeError
 from model.scene.volume import ChoiceKind, Content, Volume
 from model.volume_files.checks import readable_size, times
@@ -98,9 +97,8 @@ class ContentsDialog(QDialog):
         for kind in self._kinds:
             if kind in LISTED:
                 column.addWidget(label(TITLES[kind], "title"))
-                table = self._table(self._of(kind), TITLES[kind])
-                self.tables[kind] = table
-                column.addWidget(table, 1)
+                self.tables[kind] = self._table(self._of(kind), TITLES[kind])
+                column.addWidget(self.tables[kind], 1)
             else:
                 self.boxes[kind] = self._box(self._of(kind), TITLES[kind])
                 rows.addRow(TITLES[kind], self.boxes[kind])
@@ -110,33 +108,25 @@ class ContentsDialog(QDialog):
         self.setMinimumWidth(560 if self.tables else 420)
 
     def _table(self, contents: list[Content], title: str) -> QTableWidget:
-        table = QTableWidget(len(contents), len(COLUMNS))
-        table.setAccessibleName(title)
-        table.setHorizontalHeaderLabels(COLUMNS)
-        table.verticalHeader().hide()
-        table.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
-        table.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
-        table.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
+        sizes = [readable_size(each.nbytes) if each.nbytes else "" for each in contents]
+        rows = [
+            (each.name, _crossed(times(each.dimensions)), each.scalar_type, size)
+            for each, size in zip(contents, sizes, strict=True)
+        ]
+        made = table(title, COLUMNS, rows)
+        made.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
         for row, content in enumerate(contents):
-            size = readable_size(content.nbytes) if content.nbytes else ""
-            words = (
-                content.name, _crossed(times(content.dimensions)), content.scalar_type, size,
-            )  # fmt: skip
-            for place, word in enumerate(words):
-                item = QTableWidgetItem(word)
-                item.setToolTip(word)
-                table.setItem(row, place, item)
             if content.is_read:
-                table.selectRow(row)
-                table.setCurrentCell(row, 0)
-        header = table.horizontalHeader()
+                made.selectRow(row)
+                made.setCurrentCell(row, 0)
+        header = made.horizontalHeader()
         header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
         header.setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
         shown = min(len(contents), MOST_ROWS)
-        table.setMinimumHeight((shown + 1) * table.verticalHeader().defaultSectionSize() + 8)
-        table.currentCellChanged.connect(lambda *_: self._check())
-        table.cellDoubleClicked.connect(lambda *_: self._accept())
-        return table
+        made.setMinimumHeight((shown + 1) * made.verticalHeader().defaultSectionSize() + 8)
+        made.currentCellChanged.connect(lambda *_: self._check())
+        made.cellDoubleClicked.connect(lambda *_: self._accept())
+        return made
 
     def _box(self, contents: list[Content], title: str) -> QComboBox:
         box = QComboBox()

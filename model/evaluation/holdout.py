@@ -228,8 +228,8 @@ def _store(job: EvaluationJob, generator: Generator, path: Path) -> SampleStore:
     store.require_holdout(job.count)
     if store.scene != generator.scene:
         raise DatasetError(
-            f"{path}: the data set has another scene than the model {job.model}; "
-            "give one of its volume, size, light and kinds of TFs, or none."
+            f"{path}: the data set and the model {job.model} differ in volume, size, light or "
+            "kinds of TFs; give a data set that fits, or none."
         )
     return store
 

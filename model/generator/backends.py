@@ -56,7 +56,7 @@ def obstacle(backend: Backend, device: torch.device) -> str | None:
     if device.type != "cpu":
         return "it runs on CPUs only"
     if backend.precision == "bfloat16" and not _knows_bfloat16():
-        return "this CPU knows no bfloat16"
+        return "this CPU has no bfloat16"
     return None
 
 
@@ -95,7 +95,7 @@ def make_decode(network: GeneratorNetwork, backend: Backend, device: torch.devic
     """Return a function equivalent to the network's `decode` that uses a backend."""
     trouble = obstacle(backend, device)
     if trouble is not None:
-        raise DeviceError(f"The backend '{backend.name}' is not there: {trouble}.")
+        raise DeviceError(f"The backend '{backend.name}' is not available: {trouble}.")
     if backend.name == "openvino":
         return _ForEachSize(lambda *inputs: _openvino(network, backend.precision, inputs))
     return network.decode

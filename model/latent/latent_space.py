@@ -193,7 +193,7 @@ def load_map(path: Path, key: str) -> tuple[Codes, Places]:
             codes = stored["codes"].astype(np.float32)
             places = stored["places"].astype(np.float32)
     except (ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
-        raise LatentError(f"{path}: the file is no map, or damaged ({error}).") from error
+        raise LatentError(f"{path}: the file is not a map, or is damaged ({error}).") from error
     if found != key:
         raise LatentError(f"{path}: the map belongs to another codec.")
     fits = codes.ndim == 2 and places.shape == (len(codes), 2) and len(codes) > 0

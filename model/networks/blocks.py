@@ -224,7 +224,7 @@ def choose_device(name: str) -> torch.device:
         raise DeviceError(f"The device '{name}' is unknown; choose auto, cpu or cuda.")
     if name == "cuda" and not torch.cuda.is_available():
         raise DeviceError(
-            "The device 'cuda' is not there: torch sees no NVIDIA GPU; "
+            "The device 'cuda' is not available: torch sees no NVIDIA GPU; "
             "choose cpu, or install torch's CUDA build and the driver."
         )
     return torch.device(name)

@@ -86,7 +86,7 @@ def pieces_at(volume: Volume, inputs: SceneInputs, place: NDArray[np.float64]) -
     low = np.maximum(seed - 2, 0)
     near = np.argwhere(visible[tuple(map(slice, low, seed + 3))]) + low
     if not len(near):
-        raise TfscopeError("Nothing that the TF shows is here; click what is to be taken.")
+        raise TfscopeError("The TF shows nothing here; click something that is visible.")
     near = near[np.argsort(((near - seed) ** 2).sum(axis=1), kind="stable")]
     found = [piece_of(visible, near[0], None)]
     lo, hi = volume.scalar_range

@@ -101,7 +101,10 @@ class FallbackRenderer:
         self._place = volume, lighting, light, sample_distance
         self._ray_caster = ray_caster
         self._renderer: Renderer
-        remarks = {"soft": "Soft light is the ray caster's.", "path": "The path tracer draws."}
+        remarks = {
+            "soft": "Only the ray caster draws soft light.",
+            "path": "The path tracer draws.",
+        }
         if lighting in remarks:
             self.remark = remarks[lighting]
             self._renderer = self._opened_ray_caster()
@@ -112,8 +115,8 @@ class FallbackRenderer:
             software = software_name()
             if software:
                 self.remark = (
-                    f"No graphics card draws here ({software} does), so the ray caster draws at "
-                    "rest, too: VTK would take many times as long. Choose VTK to see its image."
+                    f"Without a graphics card (here {software} draws), VTK takes many times as "
+                    "long as the ray caster, which also draws at rest. Choose VTK to see its image."
                 )
                 self._renderer = self._opened_ray_caster()
                 return

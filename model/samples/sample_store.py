@@ -296,7 +296,7 @@ class SampleStore:
             found = tuple(sample), array.chunks, array.dtype
             if length < shape[0] or found != (shape[1:], chunks, np.dtype(dtype)):
                 raise DatasetError(
-                    f"{self.path}: the array {split}/{name} is not as it should be "
+                    f"{self.path}: the array {split}/{name} has a wrong shape or type "
                     f"({array.shape} {array.dtype}); make the data set anew."
                 )
 

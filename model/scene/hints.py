@@ -60,12 +60,12 @@ def why_nothing(
     if not inputs.part.is_whole:
         cuts = {"crop box": inputs.crop, "clipping plane": inputs.clip}
         names = " or ".join(name for name, cut in cuts.items() if cut is not None)
-        return Emptiness(f"The {names} leaves nothing of what the TF shows in this view.", "crop")
+        return Emptiness(f"The {names} cuts away all that the TF shows in this view.", "crop")
     if inputs.mask is not None:
-        return Emptiness("The mask leaves nothing of what the TF shows in this view.", "mask")
+        return Emptiness("The mask hides all that the TF shows in this view.", "mask")
     view = inputs.view
     if view.distance < CLOSE or view.pan_x or view.pan_y:
-        return Emptiness("The view shows a part of the volume where the TF shows nothing.", "view")
+        return Emptiness("The TF shows nothing in the part of the volume that is in view.", "view")
     return Emptiness("What the TF shows is too transparent to be seen.", "tf")
 
 

@@ -57,8 +57,8 @@ def masked_voxels(volume: Volume, mask: Mask) -> NDArray[np.bool_]:
     if mask.shape != volume.voxels.shape:
         sizes = (" × ".join(map(str, shape[::-1])) for shape in (mask.shape, volume.voxels.shape))
         raise TfscopeError(
-            f"{volume.name}: a mask of {next(sizes)} voxels is not of this volume, which has "
-            f"{next(sizes)}; make a new one."
+            f"{volume.name}: the mask has {next(sizes)} voxels, but the volume has "
+            f"{next(sizes)}; make a new mask."
         )
     return ~mask.shown
 

@@ -30,7 +30,7 @@ def percentile_range(volume: Volume, low: float, high: float) -> Range:
     """
     if not 0 <= low < high <= 100:
         raise VolumeError(
-            f"{volume.name}: {low:g} and {high:g} are no range of percentiles; "
+            f"{volume.name}: {low:g} and {high:g} are not a range of percentiles; "
             "give two numbers from 0 to 100, the lower one first."
         )
     values, counts = volume.distribution.frequencies
@@ -261,7 +261,7 @@ class RangeChoice:
             )
         if self.are_percentiles and not (low >= 0 and high <= 100):
             raise TfscopeError(
-                f"{low:g} and {high:g} per cent are no percentiles; give numbers from 0 to 100."
+                f"{low:g} and {high:g} per cent are not percentiles; give numbers from 0 to 100."
             )
 
     @classmethod
@@ -288,8 +288,8 @@ class RangeChoice:
             return percentile_range(volume, self.low, self.high)
         if volume.scale == "log" and self.low <= 0:
             raise VolumeError(
-                f"{volume.name}: the scalar range from {self.low:g} begins where there is no "
-                "logarithm; give one above zero, or the linear scale."
+                f"{volume.name}: the scalar range starts at {self.low:g}, which has no "
+                "logarithm; start above zero, or choose the linear scale."
             )
         return place_of(self.low, volume.scale), place_of(self.high, volume.scale)
 

@@ -144,7 +144,7 @@ class Scene:
                 known = f"{', '.join(kinds[:-1])} or {kinds[-1]}"
                 raise TfscopeError(f"The {name} '{value}' is unknown; choose {known}.")
         if (self.light is None) != (self.lighting == "none"):
-            raise TfscopeError("A lit scene needs a light direction, and an unlit one has none.")
+            raise TfscopeError("A lit scene needs a light direction; an unlit one must have none.")
         if self.light_range is not None and self.light is None:
             raise TfscopeError("An unlit scene has no light that could be moved.")
         if not (math.isfinite(lo) and math.isfinite(hi) and lo < hi):
@@ -237,8 +237,7 @@ def _on_scale(scalar_window: Range, volume: Volume) -> Range:
     low, high = scalar_window
     if volume.scale == "log" and low <= 0:
         raise TfscopeError(
-            f"The scalar window from {low:g} begins where there is no logarithm; "
-            "give one above zero."
+            f"The scalar window starts at {low:g}, which has no logarithm; start above zero."
         )
     return place_of(low, volume.scale), place_of(high, volume.scale)
 

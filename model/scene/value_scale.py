@@ -25,7 +25,7 @@ SCALE_NAMES: dict[ValueScale, str] = {
 
 LOGARITHM_OFFER = (
     "nearly all values lie in the lowest hundredth of their range, and a logarithmic scale would "
-    "tell them apart"
+    "spread them out"
 )
 """Why a logarithmic scale is offered; see :func:`suits_logarithm`."""
 

@@ -148,7 +148,7 @@ class View:
         if not 1 <= len(numbers) < len(fields(cls)):
             raise ViewError(
                 f"'{text}' is not a view; give azimuth,elevation,roll,distance "
-                "and, for a picture beside the middle, x,y: for example 30,20,0,1; "
+                "and, to move the picture off the centre, x,y: for example 30,20,0,1; "
                 f"or 30,20,0,1,{ORTHOGRAPHIC}."
             )
         return cls(*numbers, is_orthographic=is_orthographic)

@@ -328,8 +328,8 @@ class Volume:
     def _check_missing(self, missing: NDArray[np.bool_]) -> None:
         if missing.shape != self.voxels.shape or missing.dtype != np.bool_:
             raise VolumeError(
-                f"{self.name}: missing voxels of shape {missing.shape} and type {missing.dtype} "
-                f"do not say of voxels of shape {self.voxels.shape} whether they are missing."
+                f"{self.name}: the mask of missing voxels has shape {missing.shape} and type "
+                f"{missing.dtype}; it must be of booleans and have shape {self.voxels.shape}."
             )
         if missing.all():
             raise VolumeError(

@@ -292,8 +292,8 @@ class TrainingJob:
         given = [name for name, is_given in without_effect.items() if is_given]
         if self.store is not None and given:
             raise TrainingError(
-                f"With a stored data set the {' and '.join(given)} would have no effect: it is "
-                "rendered already; leave that out, or the data set."
+                f"A stored data set is rendered already, so the {' and '.join(given)} would have "
+                "no effect; leave that out, or the data set."
             )
         if self.movable_light and self.lighting == "none":
             raise TrainingError(
@@ -309,8 +309,8 @@ class TrainingJob:
         _ = self.budget, self.options
         if self.color_attention and self.faithful:
             raise TrainingError(
-                "Colours are looked up in a variant of the paper's networks, which the paper's own "
-                "recipe does not have; leave one of the two out."
+                "The paper's own recipe has no networks that look colours up; leave one of the two "
+                "out."
             )
 
     @property

@@ -124,7 +124,7 @@ class PathLightTrainer:
             self.steps, self.seconds = int(state["steps"]), float(state["seconds"])
         except (OSError, KeyError, ValueError, RuntimeError) as error:
             raise TrainingError(
-                f"{path}: the training cannot go on from this ({error}); delete it to begin anew."
+                f"{path}: training cannot go on from this file ({error}); delete it to begin anew."
             ) from error
 
     def _save(self, path: Path) -> None:
@@ -140,7 +140,7 @@ class PathLightTrainer:
             torch.save(state, partial)
             partial.replace(path)
         except (OSError, RuntimeError) as error:
-            raise CheckpointError(f"{path}: the training cannot be kept ({error}).") from error
+            raise CheckpointError(f"{path}: the training cannot be saved ({error}).") from error
 
     @property
     def _part(self) -> float:

@@ -299,8 +299,8 @@ class _Run:
 
 def _split_notice(stage: Stage) -> str:
     return (
-        f"The memory is too small for {stage.stage.batch_size} samples at once: from here on "
-        f"each batch of the {stage.name} stage is learned from in {stage.parts} parts."
+        f"The memory is too small for {stage.stage.batch_size} samples at once: from now on "
+        f"each batch of the {stage.name} stage is split into {stage.parts} parts."
     )
 
 

@@ -210,8 +210,8 @@ def _by_coordinates(path: Path, grid: Grid, axes: list[Axis]) -> Grid:
         if gaps.max() >= MOST_UNEVEN * gaps.min():
             raise VolumeError(
                 f"{path}: the values along '{axis.name}' are {gaps.min():g} to {gaps.max():g} "
-                "apart, too unlike for a grid of equal steps; interpolate them, as with xarray's "
-                "interp or cdo's intlevel."
+                "apart, too unlike for a grid of equal steps; interpolate them, for example with "
+                "xarray's interp or cdo's intlevel."
             )
         values, missing, axes[k], note = evened(values, missing, 2 - k, axis)
         notes += (note,)
@@ -347,7 +347,7 @@ def read_numpy(path: Path, choice: Choice = LARGEST) -> Grid:
             if "magic string" in str(error):
                 raise not_a(path, "an array saved by NumPy") from None
             if "mmap length" in str(error):
-                raise truncated(path, "it is shorter than its head says") from None
+                raise truncated(path, "it is shorter than its header says") from None
             raise
 
 

@@ -54,7 +54,7 @@ def check_grid(path: Path, dimensions: Sequence[int], dtype: DTypeLike, componen
     if any(n < 1 for n in dimensions) or components < 1:
         raise VolumeError(
             f"{path}: the header gives the dimensions {times(dimensions)}, which cannot be; "
-            "the file is damaged or foreign."
+            "the file is damaged, or of another format."
         )
     if len(dimensions) < 3 or min(dimensions) < 2:
         raise VolumeError(
@@ -138,7 +138,7 @@ def slices_in(folder: Path, suffixes: tuple[str, ...]) -> Iterator[Path]:
 
 def damaged(path: Path, how: str) -> VolumeError:
     """Return the error for an invalid header or stream; `how` describes the defect."""
-    return VolumeError(f"{path}: the file is damaged or foreign: {how}; check where it came from.")
+    return VolumeError(f"{path}: the file is damaged, or of another format: {how}.")
 
 
 def not_a(path: Path, what: str) -> VolumeError:

@@ -169,7 +169,7 @@ def describe(volume: Volume) -> list[tuple[str, str]]:
     if volume.file.stretch != 1.0:
         rows.append(("z is drawn", f"{volume.file.stretch:.4g} times as long"))
     if volume.file.is_labels:
-        rows.append(("values", "labels, by what the file says"))
+        rows.append(("values", "labels, according to the file"))
         rows += [(f"label {label.value}", label.name) for label in volume.file.labels if label.name]
     if volume.missing_text:
         rows.append(("missing", volume.missing_text))

@@ -163,7 +163,7 @@ def decoded(
         return found, missing, ()
     both = outside if missing is None else outside | missing
     if both.all():
-        note = "The file's valid range holds none of its values; it is left aside."
+        note = "The file's valid range holds none of its values; it is ignored."
         return found, missing, (note,)
     return found, both, ()
 

@@ -57,7 +57,7 @@ def make_volume(path: Path, grid: Grid, choice: Choice = LARGEST) -> Volume:
         _, middle, longest = sorted(lengths)
         note = (
             f"The volume of {times(sizes)} voxels is {longest / middle:.0f} times as long as it is "
-            "wide, a thin line as a whole; its middle is shown from nearby."
+            "wide, and would be a thin line; the first view is of its middle."
         )
         grid = replace(grid, notes=(*grid.notes, note))
     try:
@@ -123,8 +123,8 @@ def _without_offset(scalars: NDArray[np.generic]) -> tuple[NDArray[np.generic], 
     if low == high or is_resolved((float(low), float(high))):
         return scalars, ()
     note = (
-        f"All values are shown less {low}: so far from 0, floating-point numbers could not tell "
-        "them apart."
+        f"{low} is subtracted from all values: so far from 0, floating-point numbers could not "
+        "tell them apart."
     )
     less: NDArray[np.generic] = np.subtract(scalars, scalars.dtype.type(low))
     return less, (note,)
@@ -219,13 +219,11 @@ def _without_missing(
         notes += (f"{count} NaN or infinite {noun} missing{_share(count, scalars.size)}.",)
         missing = bad if missing is None else missing | bad
     if declared:
-        notes += (
-            f"{declared} voxels are missing by what the file says{_share(declared, scalars.size)}.",
-        )
+        notes += (f"The file marks {declared} voxels{_share(declared, scalars.size)} as missing.",)
     missing = missing if missing is not None and missing.any() else None
     if missing is not None and missing.all():
         raise VolumeError(
-            f"{path}: every voxel is NaN or infinite, or missing by what the file says, so there "
+            f"{path}: every voxel is NaN or infinite, or marked as missing by the file, so there "
             "is nothing to show; choose another file or component."
         )
     if missing is not None:

@@ -34,7 +34,7 @@ _ROWS = (
     (".vtu .vtp .vts .vtr .vtm", "another data set of VTK", _PARAVIEW),
     (".pvti .pvtu .pvd .vth .vthb", "a VTK file that names others", _PARAVIEW),
     (".stl .ply .obj .off .gltf .glb", "a surface, not a volume",
-     "sample it on a grid, as with ParaView"),
+     "sample it on a grid, for example with ParaView"),
     (".vdb", "OpenVDB's format", "convert it with the package pyopenvdb, and save it with NumPy"),
     (".fits .fit .fts", "a FITS file", "save its cube as .npy with astropy"),
     (".mnc .mnc2", "MINC's format", "convert it with mnc2nii"),

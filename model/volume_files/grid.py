@@ -81,8 +81,7 @@ def typed_stretch(text: str) -> float:
     factor = number_of(text) or 0.0
     if not 1 / MOST_STRETCHED <= factor <= MOST_STRETCHED:
         raise VolumeError(
-            f"'{text}' is not a stretch of z; give how many times as long as its spacing says z is "
-            "drawn, such as 20, or 1 for as it is."
+            f"'{text}' is not a stretch of z; give a factor, such as 20, or 1 for none."
         )
     return factor
 

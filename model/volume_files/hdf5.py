@@ -88,7 +88,7 @@ def _check_heaps(path: Path) -> None:
 def _refusal(path: Path, error: OSError) -> VolumeError:
     said = first_line(error)
     if "truncated file" in said:
-        return truncated(path, "it is shorter than its head says")
+        return truncated(path, "it is shorter than its header says")
     if "filter" in said or "plugin" in said:
         return unsupported(
             path, "an HDF5 array of this compression", "rewrite it with h5repack -f GZIP=4"

@@ -112,7 +112,7 @@ def _plain_type(path: Path, dtype: np.dtype[Any]) -> tuple[int, np.dtype[np.gene
     if dtype.kind == "c":
         return 2, np.dtype(f"{dtype.byteorder}f{dtype.itemsize // 2}")
     if dtype.kind not in "iuf" or dtype.itemsize > 8:
-        raise unsupported(path, "voxels of such a data type", "convert them, as with nibabel")
+        raise unsupported(path, "voxels of such a data type", "convert them with nibabel")
     return 1, dtype
 
 
@@ -158,7 +158,7 @@ def _analyze_scaling(header: AnalyzeHeader, path: Path) -> tuple[float, tuple[st
     notes: tuple[str, ...] = ()
     if path.name.lower().endswith((".nii", ".nii.gz")):
         notes += (
-            "The head lacks the mark of NIfTI and is read as one of Analyze's, which says nothing "
+            "The header has no mark of NIfTI, so it is read as Analyze's, which says nothing "
             "of orientation.",
         )
     slope = float(np.frombuffer(header.binaryblock, f"{header.endianness}f4", 1, 112)[0])
@@ -250,7 +250,7 @@ def _frame_of(
     if not np.allclose(lengths, np.abs(sizes), rtol=ALIKE):
         notes += (
             f"The file's voxel sizes {_times(sizes)} differ from those of its sform, "
-            f"{_times(lengths)}; the sform holds.",
+            f"{_times(lengths)}; the sform is used.",
         )
     return sform, notes if qform is None else notes + _differences(sform, qform)
 
@@ -282,7 +282,7 @@ def _differences(sform: NDArray[np.float64], qform: NDArray[np.float64]) -> tupl
         what = "place the grid differently"
     else:
         return ()
-    return (f"The file's sform and qform {what}; the sform holds.",)
+    return (f"The file's sform and qform {what}; the sform is used.",)
 
 
 def _times(sizes: Any) -> str:

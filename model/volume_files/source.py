@@ -86,7 +86,7 @@ def volume_of(scene: Scene, source: VolumeSource) -> Volume:
     if source.scale not in (None, scene.scale):
         raise VolumeError(
             f"The model was trained on {SCALE_NAMES[scene.scale]} of '{scene.volume_name}'; "
-            "leave another scale out.",
+            "do not give another scale.",
             scale=scene.scale,
         )
     if source.path is not None:

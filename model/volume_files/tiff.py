@@ -79,7 +79,7 @@ def opened_tiff(path: Path) -> Iterator[TiffFile]:
                 raise not_a(path, "a TIFF file") from None
             raise damaged(path, first_line(error)) from None
         except struct.error:
-            raise truncated(path, "the head of a page lies beyond its end") from None
+            raise truncated(path, "the header of a page lies beyond its end") from None
         except Exception as error:
             # Decoders raise errors of many kinds.
             raise damaged(path, f"its pixels cannot be unpacked: {first_line(error)}") from None

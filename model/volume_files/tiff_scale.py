@@ -178,8 +178,7 @@ def _of_tags(tiff: TiffFile) -> Scale:
     if unit == INCH and x == y and round(1 / x, 6) in PRINTED:
         return Scale(
             notes=(
-                f"The {1 / x:.5g} pixels per inch that the file gives are those of a page in "
-                "print, and are left out.",
+                f"The file's {1 / x:.5g} pixels per inch are meant for printing, and are ignored.",
             )
         )
     factor = {"inch": 25.4, "cm": 10.0}[kinds[unit]]

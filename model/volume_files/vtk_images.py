@@ -180,7 +180,7 @@ def read_legacy_vtk(path: Path, choice: Choice = LARGEST) -> Grid:
     if kind is not None and kind.group(1).upper() != b"STRUCTURED_POINTS":
         raise VolumeError(
             f"{path}: the file holds {kind.group(1).decode('latin-1').lower()}, not "
-            "structured_points; make image data of it first, as with ParaView's filter Resample To "
+            "structured_points; make image data of it first, with ParaView's filter Resample To "
             "Image, and save that as .vti."
         )
     sizes = re.search(rb"(?mi)^DIMENSIONS\s+(-?\d{1,18})\s+(-?\d{1,18})\s+(-?\d{1,18})\s", start)
@@ -361,7 +361,7 @@ def _whole_extent(path: Path, header: _Header) -> list[int]:
         raise damaged(path, "its header has no extent of six numbers")
     if re.search(r"""<DataArray\b[^>]*\btype\s*=\s*["']Bit["']""", header.text):
         raise unsupported(
-            path, "an array of bits", "convert it to unsigned char, as with ParaView's Calculator"
+            path, "an array of bits", "convert it to unsigned char, with ParaView's Calculator"
         )
     dimensions = [last - first + 1 for first, last in zip(ends[::2], ends[1::2], strict=True)]
     check_present(path, header.capacity, check_grid(path, dimensions, np.uint8))
@@ -406,7 +406,7 @@ def _check_blocks(path: Path, file: BinaryIO, header: _Header, start: int, encod
             raise damaged(path, f"an array claims {blocks} compressed blocks")
         compressed = sum(numbers(3 + blocks)[3:])
     except ValueError:
-        raise damaged(path, "a compressed array has no head") from None
+        raise damaged(path, "a compressed array has no header") from None
     unpacked = (blocks - 1) * block + (last or block)
     if blocks and (block == 0 or last > block or unpacked > header.capacity):
         raise damaged(path, "the sizes of its compressed blocks cannot be")

@@ -192,7 +192,7 @@ def _check_chunks(place: Path, item: Any) -> None:
             if is_blosc and _blosc_size(path) != size:
                 raise damaged(path, "it is not as long as its Blosc header says")
     if not count:
-        raise damaged(place, "none of its chunks is there")
+        raise damaged(place, "all of its chunks are missing")
     # Chunks that are not there have the fill value.
     need = math.prod(item.shape) * np.dtype(item.dtype).itemsize
     if need > max(present * GREATEST_RATIO, MOST_UNWRITTEN):

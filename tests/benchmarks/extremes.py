@@ -8,7 +8,6 @@ from functools import lru_cache, partial
 from pathlib import Path
 
 import numpy as np
-import pytest
 from scipy.ndimage import gaussian_filter
 
 from app.cli.console import console, counting
@@ -53,7 +52,6 @@ def main(arguments=None):
             for columns, table in zip(TABLES, tables, strict=True):
                 table.append((*names, *(_found(way, scene) for way in columns.values())))
             show(number)
-    tables.append([("input", "what is said"), *refused().items()])
     for heading, *rows in tables:
         print_rows("", heading, rows)
     if asked.out is not None:
@@ -212,37 +210,6 @@ def field(shape=SHAPE, dtype=np.float32):
     smooth = gaussian_filter(rough, [min(2.0, n / 7) for n in shape])
     smooth = (smooth - smooth.min()) / (smooth.max() - smooth.min())
     return np.asarray(np.clip(1.4 * smooth - 0.2, 0, 1), dtype=dtype)
-
-
-def refused():
-    """The sentence by which each input is refused that shows nothing or cannot be drawn."""
-    voxels = field()
-    precise = field(dtype=np.float64)
-    attempts = {
-        "one voxel thick": lambda: Volume(voxels[:1]),
-        "constant volume": lambda: Volume(np.full(SHAPE, 7.0)),
-        "missing voxels everywhere": lambda: Volume(voxels, missing=np.ones(SHAPE, dtype=bool)),
-        "a voxel is NaN": lambda: Volume(np.where(voxels > 0.5, np.nan, voxels)),
-        "a voxel is infinite": lambda: Volume(np.where(voxels > 0.5, np.inf, voxels)),
-        "range of denormal numbers": lambda: Volume(1e-320 * precise),
-        "range beyond floating-point numbers": lambda: Volume(1.7e308 * (2 * precise - 1)),
-        "range that float64 does not resolve": lambda: Volume(1e17 + precise),
-        "200 whole numbers at 2^63": lambda: Volume((200 * precise).astype(np.uint64) + 2**63),
-        "chosen range of width 0": lambda: Volume(voxels).over((0.5, 0.5)),
-        "spacing of 0": lambda: Volume(voxels, (1.0, 0.0, 1.0)),
-        "spacing that is not finite": lambda: Volume(voxels, (1.0, np.inf, 1.0)),
-        "crop of zero width": lambda: CropBox((0.5, 0.0, 0.0), (0.5, 1.0, 1.0)),
-        "camera in the volume's centre": lambda: replace(VIEW, distance=0.0),
-        "a view that is not finite": lambda: replace(VIEW, azimuth=np.nan),
-        "a light that is not finite": lambda: LightDirection(np.nan, 0.0),
-        "opacity above 1": lambda: OpacityTF((0.0, 1.0), points=((0.0, 1.5),)),
-    }
-    messages = {}
-    for name, attempt in attempts.items():
-        with pytest.raises(TfscopeError) as refusal:
-            attempt()
-        messages[name] = str(refusal.value)
-    return messages
 
 
 def extremes():

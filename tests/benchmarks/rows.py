@@ -18,11 +18,7 @@ from model.volume_files.shipped import shipped_volumes
 
 ROOT = Path(__file__).resolve().parents[2]
 
-HELP = {
-    "count": "random views and TFs",
-    "size": "pixels of a side",
-    "seconds": "of a drag",
-}
+HELP = {"count": "random views and TFs", "size": "pixels of a side", "seconds": "of a drag"}
 
 
 def options(about, **defaults):

@@ -21,23 +21,22 @@ def test_all_tables_are_printed(small, capsys):
     assert "eager" in capsys.readouterr().out
 
 
-def test_a_drag_is_measured(small, capsys, qapp):
+def test_a_drag_is_measured(small, capsys, qapp, monkeypatch):
+    monkeypatch.setattr(motion, "QUIET_S", 0.1)
     for what in ("view", "handle"):
         motion.main([*small[:2], "--lighting", "none", "--seconds", "0.5", "--drag", what])
         assert f"{what} dragged" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(
-    ("kinds", "rows"),
-    [(["--kind", "ordinary"], 1), pytest.param([], 50, marks=pytest.mark.slow)],
+    ("kinds", "rows"), [(["--kind", "ordinary"], 1), pytest.param([], 50, marks=pytest.mark.slow)]
 )
 def test_extremes_are_written_into_their_page_and_nothing_is_infinite(kinds, rows, tmp_path):
     page = tmp_path / "page.md"
-    page.write_text(3 * "# Table\n\n{}{}\n".format(*extremes.HERE))
+    page.write_text(2 * "# Table\n\n{}{}\n".format(*extremes.HERE))
     extremes.main([*kinds, "--out", str(page)])
     text = page.read_text()
     assert text.count("| no extreme |") == 2
-    assert "| one voxel thick | volume: an array" in text
     assert "| not finite |" not in text
     assert text.count("\n| ") > 2 * rows
 

@@ -1,7 +1,5 @@
 import ast
 import os
-import subprocess
-import sys
 import tempfile
 from pathlib import Path
 
@@ -100,43 +98,3 @@ def test_without_a_folder_to_write_kernels_are_kept_while_the_program_runs(tmp_p
     monkeypatch.setenv(kernel_cache.RUN_FOLDER, "")
     monkeypatch.setattr(tempfile, "tempdir", os.devnull)
     assert not kernel_cache.keeps_kernels()
-
-
-PROJECT = Path(__file__).parents[2]
-KERNEL = """
-import sys
-from model.compilation import compiled
-
-@compiled
-def add(a, b):
-    total = 0.0
-    for row in range(a):
-        for column in range(b):
-            total += row * column
-    return total
-
-sys.stdin.readline()
-add(3, 4)
-print(sum(add.stats.cache_misses.values()))
-"""
-
-
-@pytest.mark.slow
-def test_of_two_processes_one_compiles_and_the_other_loads(tmp_path):
-    script = tmp_path / "kernel.py"
-    script.write_text(KERNEL)
-    environment = os.environ | {"XDG_CACHE_HOME": str(tmp_path), "PYTHONPATH": str(PROJECT)}
-    both = [
-        subprocess.Popen(
-            [sys.executable, str(script)],
-            env=environment,
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            text=True,
-        )
-        for _ in range(2)
-    ]
-    for process in both:
-        process.stdin.write("\n")
-        process.stdin.flush()
-    assert sorted(process.communicate()[0].strip() for process in both) == ["0", "1"]

@@ -56,25 +56,12 @@ def _missing():
     return Volume(voxels.astype(np.float32), missing=gone)
 
 
-def _noisy():
-    noise = np.random.default_rng(4).random((32, 36, 40)) - 0.5
-    return Volume(np.rint(60 + 0.6 * _things(40, 36, 32) + 40 * noise).astype(np.uint8))
-
-
-def _wide_range():
-    """Values from 1 to 1e5, on a logarithmic scale."""
-    return Volume((10 ** (_things(36, 36, 36) / 51)).astype(np.float32)).on_scale("log")
-
-
 VOLUMES = {
     "bytes": _bytes,
     "floats": _floats,
     "anisotropic": _anisotropic,
     "missing": _missing,
-    "noisy": _noisy,
     "narrow range": lambda: _bytes().over((60.0, 180.0)),
-    "logarithmic": _wide_range,
-    "slab": lambda: Volume(np.rint(_things(40, 36, 33)[15:17]).astype(np.uint8), (1.0, 1.0, 3.0)),
 }
 
 
@@ -152,12 +139,10 @@ SCENES = {
     "bytes-soft": PictureScene("bytes", lighting="soft"),
     "light-from-behind": PictureScene("bytes", "veils", "soft", light=BEHIND),
     "floats": PictureScene("floats", "veils", view=View(-60.0, 40.0, 0.0, 0.8)),
-    "floats-soft": PictureScene("floats", "haze", "soft", View(-60.0, 40.0, 0.0, 0.8)),
     "anisotropic-direct": PictureScene("anisotropic", "veils", "direct"),
     "missing-direct": PictureScene("missing", "solid", "direct"),
     "missing-soft": PictureScene("missing", "solid", "soft"),
     "crop-direct": PictureScene("bytes", "haze", "direct", crop=CORNER),
-    "crop-soft": PictureScene("bytes", "solid", "soft", crop=CORNER),
     "hard-steps": PictureScene("bytes", "hard", view=View(-40.0, 10.0, 0.0, 0.6)),
     "thin-peaks": PictureScene("floats", "thin", view=View(20.0, -35.0, 0.0, 0.9)),
     "near-and-aside": PictureScene(
@@ -165,7 +150,4 @@ SCENES = {
     ),
     "inside": PictureScene("floats", "haze", view=View(70.0, 10.0, 0.0, 0.1)),
     "narrow-range": PictureScene("narrow range", "veils", "direct"),
-    "logarithmic": PictureScene("logarithmic"),
-    "noise-direct": PictureScene("noisy", "solid", "direct"),
-    "slab": PictureScene("slab", "haze", view=View(30.0, 55.0, 0.0, 0.7), step=1.0),
 }

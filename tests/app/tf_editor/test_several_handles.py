@@ -7,7 +7,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from ramp import make_tf
 
-from app.tf_editor.handles import Selected, Selection
+from app.tf_editor.handles import Selection
 from model.scene.tf_editing import add_opacity_handle, move_opacity_handle
 from model.scene.transfer_function import ColorTF, OpacityTF
 
@@ -70,8 +70,8 @@ def test_tab_reaches_every_handle_and_leaves_at_the_end(qtbot, editor):
     reached = []
     for _ in range(2 * 3 + 5):
         press_key(editor, Qt.Key.Key_Tab)
-        selected = editor.selection.selected
-        reached.append((selected.kind, selected.index, editor.selection.flank))
+        selection = editor.selection
+        reached.append((selection.kind, selection.current, selection.flank))
     modes = [("opacity", index, flank) for index in (0, 1) for flank in (None, 0, 1)]
     assert reached == modes + [("color", index, None) for index in range(5)]
     press_key(editor, Qt.Key.Key_Backtab, SHIFT)
@@ -106,7 +106,7 @@ def test_enter_opens_a_stops_color_and_insert_adds(editor, state, monkeypatch):
 
 def test_the_menu_converts_and_replaces_in_one_step_each(editor, state):
     before = state.transfer_function
-    editor.selection.select_all("opacity", (0, 1))
+    editor.selection.select("opacity", 0, 1)
     menu = editor.menu
     menu.to_curve()
     curve = state.transfer_function.opacity
@@ -136,14 +136,14 @@ def test_the_menu_converts_and_replaces_in_one_step_each(editor, state):
 
 def test_several_of_one_kind():
     selection = Selection()
-    selection.select_all("opacity", (1, 0))
+    selection.select("opacity", 1, 0)
     assert (selection.indices("opacity"), selection.index("opacity")) == ((0, 1), 0)
     selection.toggle("opacity", 0)
-    assert selection.selected == Selected("opacity", 1)
+    assert selection.index("opacity") == 1
     selection.toggle("color", 2)
     assert selection.indices("opacity") == ()
     assert selection.indices("color") == (2,)
-    selection.select_all("opacity", (0, 1))
+    selection.select("opacity", 0, 1)
     selection.fit(make_tf(130.0))
     assert selection.indices("opacity") == (0,)
 
@@ -155,21 +155,21 @@ def test_a_handle_that_was_added_elsewhere_is_selected_until_it_is_undone(qtbot)
     selection.select("opacity", 0)
     opacity, index = add_opacity_handle(before.opacity, 0.9, 0.3)
     selection.fit(replace(before, opacity=opacity))
-    assert selection.selected == Selected("opacity", index)
+    assert selection.index("opacity") == index
     # It is edited, and all of that undone.
     moved = replace(before, opacity=move_opacity_handle(opacity, index, 0.9, 0.4))
     for tf in (moved, replace(before, opacity=opacity)):
         selection.fit(tf)
-        assert selection.selected == Selected("opacity", index)
+        assert selection.index("opacity") == index
     with qtbot.waitSignal(selection.changed):
         selection.fit(before)
-    assert selection.selected == Selected("opacity", 0)
+    assert selection.index("opacity") == 0
     # After what was selected by hand is removed, nothing is selected.
     selection.fit(replace(before, opacity=opacity))
     selection.select("opacity", index)
     selection.fit(before)
-    assert selection.selected is None
+    assert selection.current is None
     # Another TF altogether is no addition.
     selection.select("color", 0)
     selection.fit(replace(before, opacity=OpacityTF((0.0, 1.0), points=((0.0, 0.1), (1.0, 0.2)))))
-    assert selection.selected == Selected("color", 0)
+    assert selection.index("color") == 0

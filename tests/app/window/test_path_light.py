@@ -109,3 +109,14 @@ def test_a_volume_that_was_seen_in_path_traced_light_opens_in_a_quicker_one(
         settle(qtbot, window)
         lights.append([settings.lighting for settings in builders.settings[begun:]])
     assert lights == [["soft"], ["soft", "path"]]
+
+
+def test_the_generators_image_alone_is_as_large_as_its_pane(qtbot, make_window):
+    window = make_window(size="pane")
+    window.workspace.reference.choose(lighting="path")
+    window.panes.show_images("generator")
+    # What is hidden may have no size.
+    window.reference.canvas.resize(0, 100)
+    canvas = window.generator.canvas
+    qtbot.waitUntil(lambda: canvas.width() > 1.5 * canvas.height())
+    qtbot.waitUntil(lambda: (canvas.image.width(), canvas.image.height()) == canvas.pixels)

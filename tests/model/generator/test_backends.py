@@ -1,8 +1,3 @@
-import os
-import subprocess
-import sys
-from pathlib import Path
-
 import pytest
 import torch
 from blobs import blobs
@@ -70,15 +65,6 @@ def test_openvino_draws_what_torch_draws(scene):
     assert built == [1, TOGETHER]
 
 
-def test_bfloat16_is_near(scene):
-    network = network_of(scene)
-    inputs = inputs_of(network, 1)
-    with torch.inference_mode():
-        exact, *_ = network.decode(*inputs)
-        rounded, *_ = make_decode(network, usable(Backend("openvino", "bfloat16")), CPU)(*inputs)
-    assert 1e-4 < (rounded - exact).abs().max() < 0.1
-
-
 def test_bfloat16_is_a_candidate_where_the_processor_knows_it(monkeypatch):
     monkeypatch.setattr("model.generator.backends._knows_bfloat16", lambda: True)
     monkeypatch.setattr("model.errors.find_spec", lambda name: name == "openvino" or None)
@@ -133,35 +119,3 @@ def test_the_fastest_backend_is_measured_once(folder, monkeypatch, tmp_path_fact
     assert timed == candidates(CPU)
     assert Generator.load(folder, "cpu", fastest=True).backend == EAGER
     assert timed == candidates(CPU)
-
-
-DROPPED = """
-import gc, signal, sys
-sys.path[:0] = ["tests/model", "tests/model/generator"]
-from blobs import blobs
-from model.generator.backends import Backend, make_decode
-from model.scene.scene import Scene
-from test_backends import CPU, inputs_of, network_of
-network = network_of(Scene.of(blobs(), 64))
-decode = make_decode(network, Backend("openvino"), CPU)
-for count in (1, 2):
-    decode(*inputs_of(network, count))
-del decode
-gc.collect()
-try:
-    signal.raise_signal(signal.SIGINT)
-except KeyboardInterrupt:
-    print("interrupted")
-"""
-
-
-@pytest.mark.slow
-def test_ctrl_c_is_heard_after_openvino_is_gone():
-    usable(Backend("openvino"))
-    process = subprocess.run(
-        [sys.executable, "-c", DROPPED],
-        capture_output=True,
-        env={**os.environ, "PYTHONPATH": str(Path.cwd())},
-        text=True,
-    )
-    assert (process.returncode, process.stdout) == (0, "interrupted\n"), process.stderr

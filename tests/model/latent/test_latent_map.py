@@ -1,11 +1,16 @@
 import math
+import subprocess
+import sys
+import threading
 
 import numpy as np
 import pytest
+from sklearn.decomposition import PCA
 from toy_codec import ToyCodec
 
 from model.errors import LatentError
 from model.latent.codes import samples_of
+from model.latent.embedding import EmbeddingProcess, normalized, principal_places, standardized
 from model.latent.latent_map import LatentMap, blended_code, cell_means
 
 
@@ -29,15 +34,6 @@ def test_new_codes_are_placed_among_their_neighbours(latent_map):
     for code in ((0.2, -0.4), (-0.7, 0.6)):
         x, y = latent_map.place(np.array(code))
         assert (x, y) == pytest.approx((code[0], 2 * code[1]), abs=0.1)
-
-
-def test_some_of_the_samples_keep_places_and_disc(latent_map):
-    wanted = latent_map.codes[:, 0] > 0.5
-    some = latent_map.only(wanted)
-    assert (some.places == latent_map.places[wanted]).all()
-    assert (some.samples.tfs == latent_map.samples.tfs[wanted]).all()
-    assert some.radius == latent_map.radius
-    assert latent_map.only(np.ones(500, dtype=bool)) is latent_map
 
 
 @pytest.fixture
@@ -99,3 +95,70 @@ def test_cell_means(codes, places):
     assert np.isnan(cells.codes[3, 0]).all()
     with pytest.raises(LatentError, match="not finite"):
         cell_means(codes, places, (0, 0, float("nan"), 1))
+
+
+@pytest.fixture
+def clusters():
+    """Two clusters, far from each other."""
+    rng = np.random.default_rng(0)
+    centres = np.repeat([[0.0], [8.0]], 40, axis=0)
+    return (centres + rng.normal(size=(80, 5))).astype(np.float32)
+
+
+def test_principal_places_are_those_of_scikit_learn(clusters):
+    found = principal_places(clusters)
+    expected = normalized(PCA(2).fit_transform(standardized(clusters)))
+    signs = np.sign((found * expected).sum(axis=0))
+    assert found == pytest.approx(expected * signs, abs=1e-4)
+    assert np.abs(found).max() == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(
+    "clusters",
+    [
+        np.zeros((50, 4)),
+        np.full((50, 4), 3e5) + np.random.default_rng(0).normal(0, 1e-7, (50, 4)),
+        np.repeat([[0.0, 1.0], [1.0, 0.0]], 25, axis=0),
+        np.ones((1, 8)),
+        np.full((10, 2), np.nan),
+        np.zeros((0, 8)),
+    ],
+    ids=["all equal", "nearly equal", "two points", "one point", "not finite", "none"],
+)
+def test_degenerate_codes_are_refused_before_a_process_starts(clusters):
+    for attempt in (principal_places, EmbeddingProcess):
+        with pytest.raises(LatentError):
+            attempt(clusters.astype(np.float32))
+
+
+def test_tsne_keeps_clusters_apart_and_tells_its_progress(clusters):
+    noted = []
+    places = EmbeddingProcess(clusters).run(noted.append)
+    assert noted == sorted(noted)
+    assert noted[-1] == 1.0
+    one, other = places[:40], places[40:]
+    within = max(np.linalg.norm(part - part.mean(axis=0), axis=1).max() for part in (one, other))
+    assert np.linalg.norm(one.mean(axis=0) - other.mean(axis=0)) > within
+
+
+def test_a_cancelled_process_ends_without_a_map():
+    clusters = np.random.default_rng(0).normal(size=(3000, 6)).astype(np.float32)
+    process = EmbeddingProcess(clusters)
+    found = ["nothing yet"]
+    thread = threading.Thread(target=lambda: found.__setitem__(0, process.run()))
+    thread.start()
+    process.cancel()
+    thread.join(20)
+    assert not thread.is_alive()
+    assert found == [None]
+
+
+def test_a_process_that_crashes_is_an_error(clusters, monkeypatch):
+    start = subprocess.Popen
+
+    def crash(_command, **options):
+        return start([sys.executable, "-c", "import os; os.abort()"], **options)
+
+    monkeypatch.setattr(subprocess, "Popen", crash)
+    with pytest.raises(LatentError, match="cannot be computed"):
+        EmbeddingProcess(clusters).run()

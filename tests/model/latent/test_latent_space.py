@@ -1,13 +1,18 @@
+import json
+import shutil
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 import torch
-from toy_codec import toy_space
+from toy_codec import ToyCodec, toy_space
 
-from model.errors import LatentError, TransferFunctionError
+from model.errors import CheckpointError, LatentError, TransferFunctionError
+from model.latent.codes import CODEC_FILE, SHIPPED_CODEC, WEIGHTS_FILE, load_codec, sample_codes
 from model.latent.latent_space import (
     MAP_FILE,
+    UNIT_SCENE,
     LatentSpace,
     TFFrame,
     draw_codes,
@@ -17,7 +22,7 @@ from model.latent.latent_space import (
 )
 from model.networks.generator_network import EncodedInputs, decode_unit
 from model.networks.paper import TwoStageGenerator
-from model.samples.sampling import draw_sample
+from model.samples.sampling import draw_opacity_tfs, draw_sample
 from model.scene.transfer_function import GaussianMode, OpacityTF
 
 CODES = np.random.default_rng(0).uniform(-1, 1, (20, 3)).astype(np.float32)
@@ -25,43 +30,43 @@ PLACES = np.random.default_rng(1).uniform(-1, 1, (20, 2)).astype(np.float32)
 
 
 @pytest.fixture
-def path(tmp_path):
-    path = tmp_path / "deep" / MAP_FILE
-    save_map(path, map_key("one"), CODES, PLACES)
-    return path
+def kept_map(tmp_path):
+    kept_map = tmp_path / "deep" / MAP_FILE
+    save_map(kept_map, map_key("one"), CODES, PLACES)
+    return kept_map
 
 
-def test_a_map_comes_back_in_half_precision(path):
-    codes, places = load_map(path, map_key("one"))
-    assert (codes == CODES.astype(np.float16)).all()
+def test_a_map_comes_back_in_half_precision(kept_map):
+    model_codes, places = load_map(kept_map, map_key("one"))
+    assert (model_codes == CODES.astype(np.float16)).all()
     assert (places == PLACES.astype(np.float16)).all()
 
 
-def test_a_map_of_another_codec_is_refused(path):
+def test_a_map_of_another_codec_is_refused(kept_map):
     with pytest.raises(LatentError, match="another codec"):
-        load_map(path, map_key("other"))
+        load_map(kept_map, map_key("other"))
     assert map_key("one", 10) != map_key("one", 11)
 
 
-def test_damaged_maps_are_refused(path):
-    content = path.read_bytes()
+def test_damaged_maps_are_refused(kept_map):
+    content = kept_map.read_bytes()
     for damaged in (b"", content[: len(content) // 2], b"PK" + content[50:], b"no map at all"):
-        path.write_bytes(damaged)
+        kept_map.write_bytes(damaged)
         with pytest.raises(LatentError):
-            load_map(path, map_key("one"))
+            load_map(kept_map, map_key("one"))
     with pytest.raises(LatentError, match="cannot be read"):
-        load_map(path.with_name("missing.npz"), map_key("one"))
+        load_map(kept_map.with_name("missing.npz"), map_key("one"))
 
 
 @pytest.mark.parametrize(
-    ("codes", "places"),
+    ("model_codes", "places"),
     [(CODES * np.nan, PLACES), (CODES, PLACES[:5]), (CODES[:0], PLACES[:0])],
     ids=["not finite", "of different lengths", "empty"],
 )
-def test_maps_of_nonsense_are_refused(path, codes, places):
-    save_map(path, map_key("one"), codes, places)
+def test_maps_of_nonsense_are_refused(kept_map, model_codes, places):
+    save_map(kept_map, map_key("one"), model_codes, places)
     with pytest.raises(LatentError, match="damaged"):
-        load_map(path, map_key("one"))
+        load_map(kept_map, map_key("one"))
 
 
 def test_a_space_finds_the_map_that_it_kept(tmp_path):
@@ -118,12 +123,12 @@ def space(lively_folder):
 
 
 @pytest.fixture(scope="module")
-def codes(space):
+def model_codes(space):
     tfs = np.random.default_rng(1).uniform(0, 1, (5, 256)).astype(np.float32)
     return space.codec.encode(np.cumsum(tfs, axis=1) / 256)
 
 
-def test_a_code_is_drawn_as_it_is(lively_generator, space, codes, scene):
+def test_a_code_is_drawn_as_it_is(lively_generator, space, model_codes, scene):
     inputs = draw_sample(scene, 3, "train", 0)
     network = lively_generator.network
     assert isinstance(network, TwoStageGenerator)
@@ -131,7 +136,7 @@ def test_a_code_is_drawn_as_it_is(lively_generator, space, codes, scene):
         encoded = EncodedInputs.of([inputs], scene)
         view = network.opacity.encode_view(encoded.conditions)
         for code, image in zip(
-            codes, draw_codes(lively_generator, space, codes, inputs), strict=True
+            model_codes, draw_codes(lively_generator, space, model_codes, inputs), strict=True
         ):
             latent = torch.from_numpy(code)[None]
             opacity = network.opacity.decode_image(view, latent)
@@ -141,19 +146,110 @@ def test_a_code_is_drawn_as_it_is(lively_generator, space, codes, scene):
 
 
 def test_the_tf_of_a_code_is_drawn_as_whoever_takes_it_sees_it(
-    lively_generator, space, codes, scene
+    lively_generator, space, model_codes, scene
 ):
     inputs = draw_sample(scene, 3, "train", 0)
-    drawn = draw_codes(lively_generator, space, codes, inputs, "tf")
-    for code, image in zip(codes, drawn, strict=True):
+    drawn = draw_codes(lively_generator, space, model_codes, inputs, "tf")
+    for code, image in zip(model_codes, drawn, strict=True):
         taken = lively_generator.render(replace(inputs, opacity_tf=space.tf_of(code)))
         np.testing.assert_allclose(image, taken, atol=1e-5)
-    assert np.abs(drawn - draw_codes(lively_generator, space, codes, inputs)).max() > 0.01
+    assert np.abs(drawn - draw_codes(lively_generator, space, model_codes, inputs)).max() > 0.01
 
 
-def test_codes_that_cannot_be_drawn_are_refused(lively_generator, space, codes, scene):
+def test_codes_that_cannot_be_drawn_are_refused(lively_generator, space, model_codes, scene):
     inputs = draw_sample(scene, 3, "train", 0)
     with pytest.raises(LatentError, match="8 numbers, not 7"):
-        draw_codes(lively_generator, space, codes[:, :7], inputs)
+        draw_codes(lively_generator, space, model_codes[:, :7], inputs)
     with pytest.raises(LatentError, match="finite"):
-        draw_codes(lively_generator, space, codes * np.nan, inputs)
+        draw_codes(lively_generator, space, model_codes * np.nan, inputs)
+
+
+@pytest.fixture
+def tfs():
+    codes = np.random.default_rng(0).uniform(-0.9, 0.9, (300, 2))
+    return ToyCodec().decode(codes)
+
+
+def test_samples_are_decoded_codes_within_the_box_of_the_known_ones(tfs):
+    samples = sample_codes(ToyCodec(), tfs, 500)
+    known = ToyCodec().encode(tfs)
+    assert samples.codes.shape == (500, 2)
+    assert (samples.codes >= known.min(axis=0) - 0.01).all()
+    assert (samples.codes <= known.max(axis=0) + 0.01).all()
+    np.testing.assert_allclose(samples.tfs, ToyCodec().decode(samples.codes), rtol=1e-6)
+    # Uniform, so that either half of the box has half of them.
+    assert (samples.codes > 0).mean(axis=0) == pytest.approx([0.5, 0.5], abs=0.08)
+    # Singular values are deviations along the principal axes.
+    variances = np.linalg.eigvalsh(np.cov(samples.codes.T.astype(np.float64), bias=True))
+    assert np.square(samples.singular_values) == pytest.approx(variances[::-1], rel=1e-4)
+
+
+@pytest.mark.parametrize(("value", "message"), [(0.5, "collapsed"), (np.nan, "not finite")])
+def test_a_codec_without_different_codes_is_refused(tfs, value, message):
+    with pytest.raises(LatentError, match=message):
+        sample_codes(_Constant(value), tfs, 50)
+
+
+class _Constant(ToyCodec):
+    def __init__(self, value=0.0):
+        self.value = value
+
+    def encode(self, opacities):
+        return np.full((len(opacities), 3), self.value, dtype=np.float32)
+
+    def decode(self, codes):
+        return np.zeros((len(codes), 256), dtype=np.float32)
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """A copy of the shipped one."""
+    return Path(shutil.copytree(SHIPPED_CODEC, tmp_path / "codec"))
+
+
+def test_damaged_folders_are_refused(folder):
+    weights, described = folder / WEIGHTS_FILE, folder / CODEC_FILE
+    content, text = weights.read_bytes(), described.read_text()
+    weights.write_bytes(content[:-3])
+    with pytest.raises(CheckpointError, match="truncated"):
+        load_codec(folder)
+    weights.write_bytes(content)
+    for changed, problem in (
+        ("{", "malformed"),
+        ("[]", "malformed"),
+        (json.dumps({**json.loads(text), "tfscope_codec": 9}), "format is 9"),
+        (json.dumps({"tfscope_codec": 1}), "malformed"),
+    ):
+        described.write_text(changed)
+        with pytest.raises(CheckpointError, match=problem):
+            load_codec(folder)
+    described.unlink()
+    with pytest.raises(CheckpointError, match="holds no codec"):
+        load_codec(folder)
+
+
+def test_the_shipped_codec_keeps_tfs_and_has_a_map():
+    space = LatentSpace.shipped((0.0, 255.0), (32.0, 224.0))
+    tfs = draw_opacity_tfs(UNIT_SCENE, 99, 0, 500)
+    codes = space.codec.encode(tfs)
+    assert np.abs(codes).max() <= 1
+    errors = np.sqrt(np.square(space.codec.decode(codes) - tfs).mean(axis=1))
+    assert np.median(errors) < 0.04
+    map_ = space.open_map()
+    assert map_.is_final
+    assert map_.codes.shape == (10_000, 8)
+    assert map_.samples.effective_dimension > 6
+    # Nothing in the way where a TF shows nothing.
+    nothing = space.codec.decode(space.codec.encode(np.zeros((1, 256), dtype=np.float32)))
+    assert nothing.max() < 0.005
+
+
+def test_extreme_tfs_have_finite_codes():
+    """Trap 8 of the paper's networks: empty, opaque and single-bin TFs."""
+    _, codec = load_codec()
+    extremes = np.concatenate([np.zeros((1, 256)), np.ones((1, 256)), np.eye(256)])
+    codes = codec.encode(extremes.astype(np.float32))
+    assert np.isfinite(codes).all()
+    decoded = codec.decode(codes * 5)
+    assert np.isfinite(decoded).all()
+    assert decoded[1].min() > 0.9

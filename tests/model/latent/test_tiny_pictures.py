@@ -70,13 +70,6 @@ def test_values_that_are_seen(volume):
     assert overview.shows((200.0, 160.0), RANGE).tolist() == [False, True, False]
 
 
-def test_what_is_behind_an_opaque_value_is_not_seen(volume):
-    """A surface of 60 hides the higher values inside."""
-    tf = np.maximum(mode(60, 10, 1.0), mode(180, 10, 1.0))
-    overview = overview_of(volume, seen(View()), tf[None])
-    assert overview.dominant_values(RANGE)[0] == pytest.approx(60, abs=15)
-
-
 def test_exposed_pictures_are_as_bright_as_others():
     """Of noise at different levels, by the display curve itself; one is too faint."""
     noise = np.random.default_rng(0).random((1, 400, 3)).astype(np.float32)

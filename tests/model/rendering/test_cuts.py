@@ -147,4 +147,4 @@ def test_models_know_none_of_them_and_what_cuts_all_away_is_named():
     counts, edges = np.ones(256, int), np.linspace(*RANGE, 257)
     for crop, words in ((None, "The clipping"), (CropBox(), "The crop box or clipping")):
         found = why_nothing(replace(inputs, crop=crop), RANGE, counts, edges)
-        assert found.text.startswith(f"{words} plane leaves nothing")
+        assert found.text.startswith(f"{words} plane cuts away all")

@@ -1,5 +1,3 @@
-"""The bar's length is measured in the pictures of the ray caster."""
-
 from dataclasses import replace
 
 import imageio.v3 as iio

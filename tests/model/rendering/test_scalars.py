@@ -2,7 +2,7 @@ from functools import partial
 
 import numpy as np
 import pytest
-from drawing import constant, drawn, rms, slab
+from drawing import VIEW, constant, drawn, rms, slab
 
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.rendering.renderer import open_renderer
@@ -12,9 +12,11 @@ from model.scene.crop import CropBox
 from model.scene.default_tf import default_transfer_function
 from model.scene.inputs import SceneInputs
 from model.scene.ranges import robust_range
+from model.scene.scene import LightDirection
 from model.scene.transfer_function import ColorTF, OpacityTF
 from model.scene.view import View
 from model.scene.volume import Volume
+from tests.reference_raycaster import render
 
 NATIVE = (np.uint8, np.int16, np.float32)
 UNIT = np.linspace(0, 1, 60).reshape(3, 4, 5)
@@ -165,3 +167,69 @@ def test_vtks_picture_does_not_depend_on_the_unit_of_length():
     ]
     for image in images[1:]:
         assert np.abs(image - images[0]).max() <= 2 / 255
+
+
+PIXELS = 64
+KINDS = RaycastRenderer, VtkRenderer
+RANGES = [
+    (40.0, 60.0), (49.75, 51.0), (-100.0, 45.0), (90.0, 1090.0), (-900.0, 1000.0), (0.0, 100.0),
+]  # fmt: skip
+"""Narrow, between two voxels, cut off at one end, beyond one end, wide, and the voxels' own."""
+
+
+def rising(dtype="float32", count=11):
+    """A volume that rises from 0 to 100 along x, in a few steps; linear between them."""
+    return Volume(np.broadcast_to(np.linspace(0, 100, count), (12, 14, count)).astype(dtype))
+
+
+def noise(dtype):
+    """Voxels without any relation to their neighbours, from 0 to 100."""
+    voxels = np.random.default_rng(5).integers(0, 101, (9, 10, 11))
+    voxels[0, 0, :2] = 0, 100
+    return Volume(voxels.astype(dtype))
+
+
+def inputs_over(scalar_range, view=VIEW, opacity=0.3):
+    """A TF whose colour tells the value, and that shows all values, the ends' the most."""
+    lo, hi = scalar_range
+    middle = (lo + hi) / 2
+    points = ((lo, opacity), (middle, opacity / 4), (hi, opacity / 2))
+    return SceneInputs(
+        view,
+        OpacityTF(scalar_range, points=points),
+        ColorTF(scalar_range, ((lo, 0.0, 0.2, 1.0), (middle, 0.2, 1.0, 0.3), (hi, 1.0, 0.1, 0.0))),
+    )
+
+
+@pytest.mark.parametrize("dtype", ["uint8", "float32"])
+@pytest.mark.parametrize("chosen", RANGES)
+@pytest.mark.parametrize("make", [rising, noise])
+def test_what_lies_between_voxels_is_what_it_is_over_any_range(dtype, chosen, make):
+    volume = make(dtype).over(chosen)
+    inputs = inputs_over(chosen)
+    opacity, color = inputs.opacity_tf.sample(), inputs.color_tf.sample()
+    # VTK leaves out the last step of each ray, so it is to be a short one.
+    expected = render(volume, VIEW, opacity, color, PIXELS, 0.13)
+    assert expected[..., 3].max() > 0.3
+    ours, vtk = (drawn(kind, volume, inputs, PIXELS, sample_distance=0.13) for kind in KINDS)
+    assert np.abs(ours - expected).max() < 1e-3
+    assert rms(vtk - expected) < 0.006
+
+
+@pytest.mark.parametrize("chosen", [(40.0, 60.0), (-900.0, 1000.0)])
+def test_a_range_decides_about_tfs_and_not_about_light(chosen):
+    # The same TF, once over the voxels' range and once over a chosen one, in 1, 2 or 50 bins.
+    volume = rising("float32", 40)
+    lo, hi = max(chosen[0], 0.0), min(chosen[1], 100.0)
+    opacity = ((chosen[0], 0.1), (lo, 0.1), (hi, 0.3), (chosen[1], 0.3))
+    color = ((lo, 0.2, 0.4, 0.9), (hi, 0.9, 0.6, 0.1))
+    for kind in KINDS:
+        images = []
+        for each in (volume, volume.over(chosen)):
+            tf = OpacityTF(each.scalar_range, points=tuple(dict(opacity).items()))
+            inputs = SceneInputs(VIEW, tf, ColorTF(each.scalar_range, color))
+            # From the side: the volume's gradient runs across the view.
+            light = LightDirection(-45.0, 45.0)
+            images.append(drawn(kind, each, inputs, PIXELS, lighting="direct", light=light))
+        assert images[0][..., :3].max() > 0.1
+        assert rms(images[0] - images[1]) < 0.006

@@ -1,4 +1,4 @@
-"""The reference renderer against closed forms and against itself turned around."""
+"""VTK's pictures: against closed forms, against the ray caster's, and where it cannot draw."""
 
 import itertools
 from dataclasses import replace

@@ -4,11 +4,8 @@ import logging
 import os
 import signal
 import socket
-import subprocess
-import sys
 import time
 from contextlib import contextmanager
-from pathlib import Path
 from unittest import mock
 
 import numpy as np
@@ -22,7 +19,6 @@ from model.samples.sample_store import BLOCK, SPLITS, SampleStore
 from model.scene.volume import Volume
 
 TOTAL = 192
-ROOT = Path(__file__).parents[3]
 
 posix = pytest.mark.skipif(os.name == "nt", reason="POSIX signals")
 
@@ -166,54 +162,6 @@ def test_blocks_that_kill_their_workers_end_the_run(new, volume, monkeypatch):
             render_store_on_cluster(new, volume, cluster.scheduler_address)
 
 
-# The environment that runs the tests has tfscope installed.
-WITHOUT_TFSCOPE = """
-import sys
-
-class Without:
-    def find_spec(self, name, *_):
-        if name == "model":
-            raise ModuleNotFoundError("No module named 'model'", name="model")
-
-sys.meta_path.insert(0, Without())
-"""
-
-
-@contextmanager
-def worker_in(folder, scheduler):
-    """A worker as a user starts one, with the folder's own site customization."""
-    command = [sys.executable, "-m", "dask", "worker", scheduler, "--nthreads", "1"]
-    environment = os.environ | {"PYTHONPATH": str(folder)}
-    process = subprocess.Popen(
-        [*command, "--no-nanny", "--no-dashboard"],
-        cwd=folder,
-        env=environment,
-        stderr=subprocess.DEVNULL,
-    )
-    try:
-        yield
-    finally:
-        process.kill()
-        process.wait()
-
-
-@pytest.mark.slow
-def test_a_worker_that_comes_later_is_used(store, new, volume, empty_scheduler):
-    with worker_in(ROOT, empty_scheduler):
-        render_store_on_cluster(new, volume, empty_scheduler)
-    assert_equal(new, store)
-
-
 def test_the_lack_of_workers_is_said(new, volume, empty_scheduler):
     with pytest.raises(DatasetError, match=r"No Dask worker was there for 0\.1 seconds"):
         render_store_on_cluster(new, volume, empty_scheduler, patience=0.1)
-
-
-@pytest.mark.slow
-def test_the_lack_of_tfscope_is_said(new, volume, empty_scheduler, tmp_path):
-    (tmp_path / "sitecustomize.py").write_text(WITHOUT_TFSCOPE)
-    with (
-        worker_in(tmp_path, empty_scheduler),
-        pytest.raises(DatasetError, match="no module 'model'; start workers from this tfscope"),
-    ):
-        render_store_on_cluster(new, volume, empty_scheduler)

@@ -1,19 +1,18 @@
 import json
-import os
 import shutil
-import signal
-import subprocess
-import sys
 from itertools import islice
 from pathlib import Path
 
 import numpy as np
 import pytest
-import zarr
+from ramp import make_volume
 
 from model.errors import DatasetError
+from model.rendering.path_tracing.denoising import available
+from model.samples import path_light_pairs
+from model.samples.path_light_pairs import FEW, Pairs, read_pairs, write_block, write_pairs
 from model.samples.sample_rendering import make_renderer, render_store
-from model.samples.sample_store import BLOCK, SampleBatch, SampleStore
+from model.samples.sample_store import BLOCK, SampleStore
 from model.samples.sampling import draw_sample
 from model.scene.scene import Scene
 from model.scene.view import View
@@ -65,49 +64,6 @@ def test_a_store_can_grow(store, scene, volume, tmp_path):
     assert_equal(content(grown, "train"), content(store, "train")[:70])
 
 
-KILLED = """
-import sys
-from itertools import islice
-from pathlib import Path
-from model.samples.sample_store import SampleStore
-from model.samples.sample_rendering import render_store
-sys.path.insert(0, "tests/model")
-from blobs import blobs
-if __name__ == "__main__":
-    render_store(SampleStore(Path(sys.argv[1])), blobs(), 1, lambda n: print(n, flush=True))
-"""
-
-
-@pytest.mark.skipif(os.name == "nt", reason="POSIX signals")
-def test_a_killed_rendering_goes_on_without_loss_or_repetition(store, scene, volume, tmp_path):
-    path = tmp_path / "killed.zarr"
-    SampleStore.create(path, scene, 7, {"train": 160, "holdout": 32})
-    script = tmp_path / "render.py"
-    script.write_text(KILLED)
-    process = subprocess.Popen(
-        [sys.executable, str(script), str(path)],
-        stdout=subprocess.PIPE,
-        env={**os.environ, "PYTHONPATH": str(Path.cwd())},
-        start_new_session=True,
-        text=True,
-    )
-    for _ in range(2):
-        assert process.stdout.readline().strip() == str(BLOCK)
-    os.killpg(process.pid, signal.SIGKILL)
-    process.wait()
-    process.stdout.close()
-
-    resumed = SampleStore(path)
-    missing = resumed.missing_samples()
-    assert 0 < missing <= 192 - 2 * BLOCK
-    with pytest.raises(DatasetError, match=f"{missing} samples are not rendered yet"):
-        resumed.require_complete()
-    seen = []
-    render_store(resumed, volume, workers=1, on_progress=seen.append)
-    assert sum(seen) == missing
-    assert_equal(content(resumed, "train"), content(store, "train"))
-
-
 def test_a_pass_shows_each_sample_once_in_random_order(store):
     batches = list(islice(store.shuffled("train", [0], 16), 10))
     assert [len(b) for b in batches] == [16] * 10
@@ -124,25 +80,6 @@ def test_a_pass_can_start_in_the_middle(store, skip, monkeypatch):
     rest = list(islice(store.shuffled("train", [5], 20, skip=skip), 20 - skip))
     for one, other in zip(whole[skip:], rest, strict=True):
         assert_equal(one, other)
-
-
-def test_a_kill_while_growing_leaves_a_store_that_can_go_on(scene, volume, tmp_path, monkeypatch):
-    counts = {"train": 40, "holdout": 5}
-    for resizes in range(5):
-        path = tmp_path / f"{resizes}.zarr"
-        SampleStore.create(path, scene, 7, counts)
-        with monkeypatch.context() as patch:
-            left = iter(range(resizes))
-            resize = zarr.Array.resize
-            patch.setattr(
-                zarr.Array,
-                "resize",
-                lambda self, shape, r=resize, n=left: (next(n), r(self, shape)),
-            )
-            with pytest.raises(StopIteration):
-                SampleStore.create(path, scene, 7, {"train": 100})
-        store = SampleStore.create(path, scene, 7, {"train": 100})
-        assert (store.count("train"), store.missing_samples()) == (100, 105)
 
 
 def test_foreign_folders_and_unwritable_places_are_refused(scene, tmp_path):
@@ -200,15 +137,6 @@ def test_a_damaged_chunk_is_found_and_rendered_again(
     assert_equal(content(damaged, "train"), content(store, "train"))
 
 
-def test_black_samples_are_written(scene, tmp_path):
-    store = SampleStore.create(tmp_path / "black.zarr", scene, 7, {"train": BLOCK, "holdout": 0})
-    shapes = {n: a.shape[1:] for n, a in store.read("train", range(0)).arrays.items()}
-    zeros = {n: np.zeros((BLOCK, *shape), dtype=np.uint8) for n, shape in shapes.items()}
-    store.write_block("train", range(BLOCK), SampleBatch.of(zeros))
-    assert store.missing_samples() == 0
-    assert not store.read("train", range(BLOCK)).rgba.any()
-
-
 @pytest.mark.parametrize("what", ["shape", "type", "text", "huge"])
 def test_a_damaged_description_is_one_sentence(store, tmp_path, what):
     path = copied(store, tmp_path / "described.zarr")
@@ -241,3 +169,45 @@ def test_a_store_keeps_how_long_its_samples_took(store, tmp_path):
     assert SampleStore(own.path).rendering == (4.0, 8)
     own._root.attrs["rendering"] = {"seconds": "long", "samples": None}
     assert SampleStore(own.path).rendering == (0.0, 0)
+
+
+needs_denoiser = pytest.mark.skipif(not available(), reason="no denoiser for this machine")
+
+
+@pytest.fixture(autouse=True)
+def small(monkeypatch):
+    monkeypatch.setattr(path_light_pairs, "SIZE", 32)
+    monkeypatch.setattr(path_light_pairs, "BLOCK", 2)
+
+
+@needs_denoiser
+def test_pairs_are_drawn_once_and_alike(tmp_path):
+    volume = make_volume()
+    (path,) = write_pairs(tmp_path / "a", [volume], 1, seed=3, many=16)
+    assert not list(write_pairs(tmp_path / "a", [volume], 1, seed=3, many=16))
+    list(write_pairs(tmp_path / "b", [volume], 1, seed=3, many=16))
+    first, again = (read_pairs(tmp_path / name)[path.name.split("-")[0]] for name in "ab")
+    for name, values in vars(first).items():
+        np.testing.assert_array_equal(values, getattr(again, name))
+    assert len(list(write_pairs(tmp_path / "a", [volume], 2, seed=3, many=16))) == 1
+
+
+def test_damaged_and_missing_pairs_are_told(tmp_path):
+    with pytest.raises(DatasetError, match="light pairs"):
+        read_pairs(tmp_path)
+    (tmp_path / "a-0-0000.npz").write_bytes(b"PK\x03\x04 no archive")
+    with pytest.raises(DatasetError, match="damaged"):
+        read_pairs(tmp_path)
+
+
+def test_blocks_of_a_volume_are_joined(tmp_path):
+    def pairs(value):
+        color = np.full((2, 3, 4, 4), value, np.float16)
+        few = np.full((2, len(FEW), 3, 4, 4), value, np.float16)
+        return Pairs(color, color, color, color[:, :1], few, few, color, np.full(2, value))
+
+    for number, name in enumerate(["a-0-0000", "a-0-0001", "b-0-0000"]):
+        write_block(tmp_path / f"{name}.npz", pairs(float(number)))
+    found = read_pairs(tmp_path)
+    assert found["a"].error.tolist() == [0, 0, 1, 1]
+    assert found["b"].exact.max() == 2

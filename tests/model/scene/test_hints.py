@@ -161,12 +161,6 @@ def test_values_that_hardly_any_voxel_has():
     assert "3 voxels of 1,000,003" in found.text
 
 
-def test_voxels_beyond_the_tfs_range_look_like_its_ends():
-    # Clamped to 150, all voxels above it are shown.
-    points = replace(SHOWN, opacity_tf=OpacityTF((130.0, 150.0), points=((149, 0.0), (150, 1.0))))
-    assert "voxel" not in explain(points).text
-
-
 @pytest.mark.parametrize(
     ("view", "aspect", "outside"),
     [

@@ -74,8 +74,7 @@ def test_what_mask_and_clipping_plane_cut_away_is_known_of_each_voxel(volume, up
 
 
 @pytest.mark.parametrize(
-    ("up", "labels"),
-    [("+z", LPS), ("+z", tuple("RLAPSI")), ("-y", tuple("APISLR")), ("+z", ())],
+    ("up", "labels"), [("+z", LPS), ("+z", tuple("RLAPSI")), ("-y", tuple("APISLR")), ("+z", ())]
 )
 def test_patients_are_seen_as_radiologists_see_them(up, labels):
     names, edges = zip(*((plane.name, plane.edges) for plane in planes_of(up, labels)), strict=True)

@@ -120,19 +120,6 @@ def test_end_stops_cannot_be_removed_but_recoloured():
     assert recolored(200.0) == pytest.approx([0.1, 0.2, 0.3])
 
 
-@given(st.lists(st.integers(0, 3), min_size=1, unique=True), anywhere, anywhere)
-def test_points_that_move_together_keep_their_distances(indices, shift, lift):
-    moved = edits.move_opacity_handles(CURVE, indices, shift, lift)
-    values, before = np.array(moved.points)[:, 0], np.array(CURVE.points)[:, 0]
-    assert (np.diff(values) >= 0).all()
-    assert (values[[0, 3]] == before[[0, 3]]).all()
-    inner = [i for i in indices if i in (1, 2)]
-    shifts = (values - before)[inner]
-    assert np.ptp(shifts) == pytest.approx(0, abs=1e-9) if inner else True
-    still = [i for i in range(4) if i not in indices]
-    assert [moved.points[i] for i in still] == [CURVE.points[i] for i in still]
-
-
 @given(st.floats(-60, 60))
 def test_a_stop_follows_its_mode_past_other_stops(shift):
     stops = ((100.0, 0, 0, 0), (130.0, 1, 0, 0), (150.0, 0, 1, 0), (200.0, 1, 1, 1))

@@ -1,3 +1,5 @@
+import colorsys
+import itertools
 import json
 
 import numpy as np
@@ -6,8 +8,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from model.errors import TransferFunctionError
-from model.scene.tf_presets import COLOR_MAPS, color_tf_of_map, map_colors, reversed_colors
+from model.scene.default_tf import default_transfer_function, is_smoke
+from model.scene.scene import default_scalar_window
+from model.scene.tf_presets import COLOR_MAPS, color_tf_of_map, map_colors, presets, reversed_colors
+from model.scene.thinned_volume import ThinnedVolume
 from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF, TransferFunction
+from model.scene.volume import Volume
 
 GREY = ColorTF((0.0, 1.0), ((0.0, 0.0, 0.0, 0.0), (1.0, 1.0, 1.0, 1.0)))
 
@@ -173,3 +179,142 @@ def test_reversing_mirrors_and_twice_changes_nothing():
     mirrored = reversed_colors(color)
     np.testing.assert_allclose(mirrored.sample(), color.sample()[::-1], atol=1e-6)
     assert reversed_colors(mirrored) == color
+
+
+def ct(rng, scale=1.0, shift=0.0):
+    """Voxels of air, fat, muscle and bone in HU, on another scale if wished."""
+    parts = ((-1000, 5, 60000), (-90, 20, 8000), (40, 20, 20000), (700, 250, 3000))
+    values = [rng.normal(mean, width, count) for mean, width, count in parts]
+    return np.clip(np.concatenate(values), -1000, 1500) * scale + shift
+
+
+def named(values, units=""):
+    counts, edges = np.histogram(values, bins=256)
+    lo, hi = float(edges[0]), float(edges[-1])
+    return {p.name: p.tf for p in presets((lo, hi), counts, edges, units)}
+
+
+def test_those_of_ct_show_what_their_names_say():
+    found = named(ct(np.random.default_rng(0)))
+    bone, skin, vessels = (found[name].opacity for name in ("Bone white", "Skin", "Vessels"))
+    air, muscle, contrast, dense = -1000.0, 40.0, 300.0, 900.0
+    assert bone([air, muscle]).max() == 0
+    assert bone(dense) > 0.4
+    assert skin(air) == 0
+    assert skin(muscle) > 0.4
+    assert vessels([air, muscle]).max() == 0
+    assert vessels(contrast) > vessels(600.0)
+    red, green, blue = found["Vessels"].color(contrast)
+    assert red > 2 * green > 2 * blue / 1.5
+
+
+def test_dense_parts_are_grains_in_a_haze():
+    rng = np.random.default_rng(2)
+    # A paste without any air, and one voxel in 300 of something denser, as in cement.
+    values = np.concatenate([rng.normal(100, 12, 100_000), rng.normal(190, 8, 330)])
+    opacity = named(values)["Dense parts"].opacity
+    assert opacity(190.0) > 0.5
+    assert opacity(np.quantile(values, [0.5, 0.9, 0.99])).max() < 0.05
+    assert opacity(np.quantile(values, 0.97)) > 0
+
+
+def test_a_ct_on_another_scale_has_the_same_presets():
+    # As stored with 8 bits: -1000 to 1500 HU on 0 to 255.
+    scale, shift = 255 / 2500, 1000 * 255 / 2500
+    own = named(ct(np.random.default_rng(0)))
+    other = named(ct(np.random.default_rng(0), scale, shift))
+    for name in ("Bone white", "Skin"):
+        for value in (-1000.0, 40.0, 900.0):
+            assert other[name].opacity(value * scale + shift) == pytest.approx(
+                own[name].opacity(value), abs=0.1
+            )
+
+
+def test_all_span_the_range_asked_for_and_differ():
+    values = ct(np.random.default_rng(1))
+    counts, edges = np.histogram(values, bins=256)
+    for scalar_range in ((-1000.0, 1500.0), (0.0, 300.0), (-5000.0, 9000.0)):
+        found = [p.tf for p in presets(scalar_range, counts, edges)]
+        assert len(found) == 7
+        assert {tf.scalar_range for tf in found} == {scalar_range}
+        assert {(tf.color.stops[0][0], tf.color.stops[-1][0]) for tf in found} == {scalar_range}
+    found = list(named(values).values())
+    for one, other in itertools.combinations(found, 2):
+        assert np.abs(one.opacity.sample() - other.opacity.sample()).max() > 0.05
+
+
+def uniform(lo, hi):
+    return Volume(np.linspace(lo, hi, 32**3).reshape(32, 32, 32))
+
+
+def test_modes_lie_in_the_window_with_light_colors_and_a_dark_low_end(volume):
+    tf = default_transfer_function(volume)
+    lo, hi = default_scalar_window(volume)
+    means = [mode.mean for mode in tf.opacity.modes]
+    assert means == sorted(means)
+    assert all(lo <= mean <= hi for mean in means)
+    assert tf.scalar_range == volume.scalar_range
+    assert [s[0] for s in tf.color.stops[1:-1]] == means
+    lightness = [colorsys.rgb_to_hls(*stop[1:])[1] for stop in tf.color.stops]
+    assert lightness[0] < 0.4
+    assert min(lightness[1:]) > 0.6
+
+
+@pytest.mark.parametrize("thickness", [1.0, 3.0, 12.0])
+def test_a_hollow_ball_is_opaque_enough_to_be_seen(thickness):
+    random = np.random.default_rng(0)
+    radius = np.linalg.norm(np.indices((48, 48, 48)) - 23.5, axis=0)
+    inside = np.abs(radius - 16.0) < thickness / 2
+    air, wall = random.normal(20.0, 2.0, inside.shape), random.normal(150.0, 15.0, inside.shape)
+    opacity = default_transfer_function(Volume(np.where(inside, wall, air))).opacity
+    rays = 1 - np.prod(1 - opacity(np.where(inside, wall, air)), axis=2)
+    assert np.median(rays[inside.any(axis=2)]) > 0.85
+    assert np.median(rays[~inside.any(axis=2)]) < 0.5
+
+
+@pytest.mark.parametrize("limits", [(0.0, 1.0), (-1000.0, 3000.0), (1e-9, 3e-9), (0.0, 1e12)])
+def test_the_default_follows_the_units_of_the_data(limits):
+    lo, hi = limits
+    places = [
+        (m.mean - lo) / (hi - lo) for m in default_transfer_function(uniform(lo, hi)).opacity.modes
+    ]
+    unit = [m.mean for m in default_transfer_function(uniform(0.0, 1.0)).opacity.modes]
+    assert places == pytest.approx(unit, abs=0.01)
+
+
+def blob():
+    radius = np.linalg.norm(np.indices((48, 48, 48)) - 23.5, axis=0)
+    return np.exp(-((radius / 8) ** 2)), radius
+
+
+def test_smoke_stays_translucent_and_a_body_of_the_same_size_does_not():
+    puff, radius = blob()
+    body = np.where(radius < 14, 0.6, 0.0) + np.random.default_rng(0).normal(0, 0.02, radius.shape)
+    rays = {}
+    for smoke, values in ((True, puff), (False, body)):
+        thinned = ThinnedVolume.of(Volume(values))
+        assert is_smoke(thinned) == smoke
+        opacity = default_transfer_function(Volume(values)).opacity
+        found = 1 - np.prod(1 - opacity(values), axis=2)
+        rays[smoke] = np.median(found[(radius < 12).any(axis=2)])
+    assert rays[False] >= 0.9 > rays[True] > 0.3
+
+
+@pytest.mark.parametrize("grains", [190.0, 30.0])
+def test_grains_are_shown_without_the_resin_about_them(grains):
+    random = np.random.default_rng(0)
+    values = random.normal(110, 6, (48, 48, 48))
+    values[20:28, 10:20, 30:36] = random.normal(grains, 6, (8, 10, 6))
+    opacity = default_transfer_function(Volume(values)).opacity
+    assert opacity(110.0) < 0.01
+    assert opacity(grains + np.arange(-6, 7)).max() > 0.3
+
+
+@pytest.mark.parametrize("of_patient", [True, False])
+def test_the_best_for_the_kind_of_data_come_first_whatever_range_is_shown(of_patient):
+    values = ct(np.random.default_rng(0))
+    first = "Bone white" if of_patient else "Opaque surface"
+    for lo, hi in ((-1000.0, 1500.0), (0.0, 300.0)):
+        counts, edges = np.histogram(values, bins=256, range=(lo, hi))
+        listed = presets((lo, hi), counts, edges, of_patient=of_patient)
+        assert listed[0].name == first and len(listed) == 7

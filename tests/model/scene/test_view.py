@@ -1,4 +1,4 @@
-"""The projection, against the rays of the renderer's own camera."""
+"""Views, and where they show points: against VTK's camera and the ray caster's rays."""
 
 import itertools
 import math

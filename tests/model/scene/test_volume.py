@@ -153,6 +153,8 @@ REFUSED = [
     (lambda: Volume(ramp(), (1, 1, float("nan"))), "must be positive"),
     (lambda: Volume(np.full((2, 2, 2), 7)), "every voxel has the value 7"),
     (lambda: Volume(np.array([[[0, 1], [2, np.nan]]] * 2)), "NaN or infinite"),
+    (lambda: Volume(np.array([[[0, 1], [2, np.inf]]] * 2)), "NaN or infinite"),
+    (lambda: Volume(1.7e308 * (STEPS / 3.5 - 1)), "span more than"),
     (lambda: Volume(2**60 + STEPS), CLOSE),
     (lambda: Volume(2**60 + 29 * STEPS), CLOSE),
     (lambda: Volume(np.linspace(0, 1e-320, 8).reshape(2, 2, 2)), CLOSE),

@@ -99,17 +99,6 @@ def test_a_regions_sensitivity_is_the_derivative_of_its_norm(generator, sensitiv
         assert ours @ direction == pytest.approx(expected, abs=2e-3 * scale)
 
 
-def test_a_sensitivity_is_the_response_to_an_edit_of_its_width(generator, tf):
-    region = Region(5, 9, 21, 14)
-    ours = Sensitivity(generator, SceneInputs.of(VIEW, tf), edit_width=5.0).region(region)
-    bins = np.arange(256)
-    for center in (3, 90, 200):
-        edit = np.exp(-((bins - center) ** 2) / 50)
-        edit /= 5 * np.sqrt(2 * np.pi)
-        expected = slope(generator, tf, region, edit)
-        assert ours[center] == pytest.approx(expected, abs=1e-2 * float(np.abs(ours).max()))
-
-
 @pytest.mark.parametrize("block", [1, 5, 8, 32])
 def test_the_field_holds_the_sensitivity_of_each_block(sensitivity, block):
     field = sensitivity.field(block)
@@ -205,22 +194,3 @@ def test_the_renderers_own_sensitivity_agrees_with_itself(
     agreement = sensitivity_agreement(generator_of(scene), volume, samples)
     for values in vars(agreement).values():
         np.testing.assert_allclose(values, expected, rtol=1e-5)
-
-
-def test_only_smooth_edits_inside_the_window_count(volume, scene, monkeypatch):
-    lo, hi = scene.scalar_range
-    scene = replace(scene, image_size=32, scalar_window=(lo + (hi - lo) / 4, hi - (hi - lo) / 4))
-    bins = np.arange(256)
-    outside = (bins < 256 / 4) | (bins > 255 - 256 / 4)
-
-    def disturbed(slopes):
-        """With what no smooth edit feels, and nonsense outside the window."""
-        jitter = np.where(bins % 2, 0.3, -0.3) * np.abs(slopes[..., ~outside]).max()
-        return np.where(outside, 1e6, slopes + jitter)
-
-    monkeypatch.setattr("model.sensitivity.agreement.Sensitivity", own(volume, disturbed))
-    samples = [draw_sample(scene, 0, "holdout", i) for i in range(3)]
-    agreement = sensitivity_agreement(generator_of(scene), volume, samples)
-    assert agreement.image_cosine.min() > 0.99
-    assert agreement.block_cosine.min() > 0.98
-    assert agreement.single_cosine.max() < 0.9

@@ -1,15 +1,24 @@
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from test_exact import RANGE, SIZE, VIEW, small_volume, tf_of
 
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.scene.inputs import SceneInputs
 from model.scene.region import Region
-from model.scene.tf_perturbation import edit_around, edit_over
+from model.scene.tf_perturbation import edit_around
 from model.scene.transfer_function import GaussianMode, OpacityTF
-from model.sensitivity.display import shown_responses
+from model.sensitivity.display import (
+    BACKDROP,
+    FLOOR,
+    color_bar,
+    field_of_value,
+    overlay,
+    overlay_globally,
+    per_small_edit,
+    scale_of,
+    shown_field,
+    shown_responses,
+)
 from model.sensitivity.exact import change_norms, visibility
 from model.sensitivity.peaks import (
     Contribution,
@@ -103,14 +112,6 @@ def test_values_stay_in_their_rows_while_they_are_edited():
     assert follow((), after, RANGE) == after
 
 
-def test_an_edit_over_an_interval_is_flat_between_its_flanks():
-    edit = edit_over((80.0, 140.0), RANGE, 4.0)
-    assert edit.sum() == pytest.approx(1, abs=1e-3)
-    assert np.ptp(edit[95:125]) < 1e-4 * edit.max()
-    assert edit[80] == pytest.approx(edit.max() / 2, rel=0.1)
-    np.testing.assert_array_equal(edit_over((80, 80), RANGE, 4.0), edit_around(80, RANGE, 4.0))
-
-
 def test_what_goes_on_rising_outside_the_window_is_no_peak_inside():
     curve = bump(10, 12, 5.0) + bump(130, 8, 0.1)
     (found,) = strongest_intervals(curve, (0.0, 255.0), window=(32.0, 223.0))
@@ -135,17 +136,72 @@ def listed(*shares):
     return [Contribution(0.0, share, (0.0, 0.0)) for share in shares]
 
 
-@given(st.lists(st.floats(0.001, 1.0), min_size=1, max_size=3))
-def test_shares_never_add_up_to_more_than_all_and_are_off_by_one_at_most(parts):
-    shares = [part / max(sum(parts), 1.0) for part in parts]
-    whole = percentages(listed(*shares))
-    assert sum(whole) <= 100
-    assert all(
-        abs(percent - 100 * share) <= 1 for percent, share in zip(whole, shares, strict=True)
-    )
-
-
 def test_the_one_that_was_rounded_up_most_gives_way():
     assert percentages(listed(0.436, 0.287, 0.277)) == (43, 29, 28)
     assert percentages(listed(0.75, 0.25)) == (75, 25)
     assert percentages(()) == ()
+
+
+def test_a_value_between_two_samples_is_interpolated():
+    field = np.arange(256, dtype=np.float32) * np.ones((2, 3, 1), np.float32)
+    # 256 samples from 10 to 265: one per unit.
+    for value in (10.0, 77.25, 265.0):
+        found = field_of_value(field, value, (10.0, 265.0))
+        assert found.shape == (2, 3)
+        np.testing.assert_allclose(found, value - 10.0, rtol=1e-5)
+
+
+def test_the_unit_is_an_edit_that_adds_a_hundredth_at_its_peak():
+    edit = edit_around(128.0, (0.0, 255.0), 6.0)
+    assert per_small_edit(edit) * edit.max() == pytest.approx(0.01)
+    # A picture whose every number changes by 2 per unit of the edit.
+    changes = np.full((8, 8, 3), 2.0, np.float32)
+    expected = 2.0 * per_small_edit(edit)
+    np.testing.assert_allclose(shown_field(changes, edit, "change"), expected)
+    np.testing.assert_allclose(shown_field(-changes, edit, "signed"), -expected)
+    norm = np.full(256, np.linalg.norm(changes))
+    np.testing.assert_allclose(shown_responses(norm, 64, 6.0), expected, rtol=1e-5)
+
+
+def test_what_brightens_one_colour_and_darkens_another_is_a_change():
+    changes = np.array([[[1.0, -1.0, 0.0]]])
+    edit = np.eye(1, 256, 9)[0]
+    assert shown_field(changes, edit, "signed")[0, 0] == 0
+    assert shown_field(changes, edit, "change")[0, 0] > 0
+
+
+def test_rounding_is_not_shown():
+    rounding = 1e-7 * np.random.default_rng(0).normal(size=(32, 32))
+    assert scale_of(rounding) == FLOOR
+    image = np.random.default_rng(1).random((32, 32, 3))
+    found = overlay(image, rounding, scale_of(rounding), "change")
+    gray = BACKDROP * image.mean(axis=-1, keepdims=True)
+    np.testing.assert_allclose(found, np.broadcast_to(gray, found.shape), atol=1e-3)
+
+
+@pytest.mark.parametrize("measure", ["change", "signed"])
+def test_the_full_scale_has_the_end_of_the_colour_bar(measure):
+    image = np.full((1, 3, 3), 0.6)
+    found = overlay(image, np.array([[2.0, 0.0, -2.0]]), 1.0, measure)
+    bar = color_bar(measure)
+    np.testing.assert_allclose(found[0, 0], bar[-1])
+    np.testing.assert_allclose(found[0, 1], BACKDROP * 0.6)
+    np.testing.assert_allclose(found[0, 2], bar[0] if measure == "signed" else bar[-1])
+
+
+IMAGE = np.full((2, 2, 3), 0.5)
+
+
+def test_colours_compare_between_selections_and_opacity_does_not():
+    whole = 1.0
+    last = color_bar("all values", 256)[-1]
+    weak, strong = np.array([[0.1, 0.0], [0.05, -0.1]]), np.array([[1.0, 0.0], [0.5, -1.0]])
+    shown = [overlay_globally(IMAGE, f, scale_of(f), whole) for f in (weak, strong)]
+    # Where a field is strongest, it is opaque, however weak it is beside the others.
+    np.testing.assert_allclose(shown[0][0, 0], color_bar("all values", 256)[26], atol=0.02)
+    np.testing.assert_allclose(shown[1][0, 0], last)
+    np.testing.assert_allclose(shown[1][1, 1], last)
+    for image in shown:
+        np.testing.assert_allclose(image[0, 1], BACKDROP * 0.5)
+    half = 0.5 * color_bar("all values", 256)[128] + 0.5 * BACKDROP * 0.5
+    np.testing.assert_allclose(shown[1][1, 0], half, atol=0.01)

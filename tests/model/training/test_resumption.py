@@ -1,3 +1,5 @@
+"""Training that stops and goes on, or runs in two processes."""
+
 import json
 import os
 import signal
@@ -6,36 +8,23 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from training_runs import RECIPE, Stop, assert_same_state, plan
 
 from model.errors import TrainingError
 from model.networks.card import load_card
 from model.networks.checkpoint import load_model
-from model.training.stages import JointStage
+from model.training import parallel
+from model.training.stages import OpacityStage
 from model.training.state import load_progress
 from model.training.trainer import train
 
 
-def test_a_resumed_run_equals_an_uninterrupted_one(finished, store, tmp_path):
-    with pytest.raises(KeyboardInterrupt):
-        train(plan(store, tmp_path), on_report=Stop(4))
-    train(plan(store, tmp_path), resume=True)
-    assert_same_state(tmp_path, finished)
-    curves = [load_card(run).training["curve"] for run in (tmp_path, finished)]
-    assert [row.keys() for row in curves[0]] == [row.keys() for row in curves[1]]
-    assert [row["samples"] for row in curves[0]] == [row["samples"] for row in curves[1]]
-
-
-def test_ctrl_c_in_the_middle_of_a_step_costs_nothing(store, tmp_path, monkeypatch):
-    # The discriminator learns from the start.
-    options = replace(RECIPE, one_stage=True, small_time_share=0.0, adversarial_start=0.0)
-
-    def run(name):
-        return replace(plan(store, tmp_path / name, 64, 1e9), options=options)
-
-    train(run("whole"))
-    losses, pressed = JointStage._generator_losses, []
+def test_a_run_that_ctrl_c_stopped_in_a_step_ends_as_one_that_was_not(
+    finished, store, tmp_path, monkeypatch
+):
+    losses, pressed = OpacityStage._generator_losses, []
 
     def interrupted(*arguments):
         pressed.append(1)
@@ -44,13 +33,16 @@ def test_ctrl_c_in_the_middle_of_a_step_costs_nothing(store, tmp_path, monkeypat
         return losses(*arguments)
 
     with monkeypatch.context() as patch:
-        patch.setattr(JointStage, "_generator_losses", interrupted)
+        patch.setattr(OpacityStage, "_generator_losses", interrupted)
         with pytest.raises(KeyboardInterrupt):
-            train(run("stopped"))
+            train(plan(store, tmp_path))
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
-    assert load_progress(tmp_path / "stopped")[0].samples == 2 * 16
-    train(run("stopped"), resume=True)
-    assert_same_state(tmp_path / "stopped", tmp_path / "whole")
+    assert load_progress(tmp_path)[0].samples == 2 * 16
+    train(plan(store, tmp_path), resume=True)
+    assert_same_state(tmp_path, finished)
+    curves = [load_card(run).training["curve"] for run in (tmp_path, finished)]
+    assert [row.keys() for row in curves[0]] == [row.keys() for row in curves[1]]
+    assert [row["samples"] for row in curves[0]] == [row["samples"] for row in curves[1]]
 
 
 def test_ctrl_c_pressed_again_is_heard_at_once(store, tmp_path, monkeypatch):
@@ -155,3 +147,75 @@ def test_damaged_tensors_are_said(store, stopped):
     tensors.write_bytes(tensors.read_bytes()[:1000])
     with pytest.raises(TrainingError, match="cannot be resumed"):
         train(plan(store, stopped), resume=True)
+
+
+torchrun_only = pytest.mark.skipif(sys.platform == "win32", reason="gloo under torchrun")
+
+
+def torchrun(*arguments):
+    command = [sys.executable, "-m", "torch.distributed.run", "--standalone", "--nproc-per-node=2"]
+    environment = {**os.environ, "OMP_NUM_THREADS": "1", "PYTHONPATH": str(Path.cwd())}
+    done = subprocess.run(
+        [*command, *arguments],
+        env=environment,
+        capture_output=True,
+        encoding="utf-8",
+        errors="replace",
+        timeout=300,
+    )
+    assert done.returncode == 0, done.stderr
+
+
+STEP = """
+import torch
+from model.networks.generator_network import EncodedInputs
+from model.networks.size import NetworkSize
+from model.scene.scene import Scene
+from model.training import parallel
+from model.training.batch import EncodedBatch
+from model.training.codec_loss import CodecLoss
+from model.training.options import TrainingOptions
+from model.training.stage import Setup
+from model.training.stages import OpacityStage
+
+with parallel.process_group(torch.device("cpu")) as device:
+    rank, options = parallel.rank(), TrainingOptions(adversarial_start=0.0)
+    assert parallel.from_first((3.0 + rank, rank == 0)) == (3.0, True)
+    assert (parallel.own_stage(1) == 1) == (rank == 0)
+    torch.manual_seed(0)
+    loss = CodecLoss(Scene("none", "", (0.0, 1.0), (0.0, 1.0), 16), options)
+    stage = OpacityStage(Setup(NetworkSize(0.125, 16, 16), 5, options, loss, device))
+    torch.manual_seed(8 + rank)
+    inputs = EncodedInputs(torch.rand(8, 5), torch.rand(8, 256), torch.rand(8, 3, 256))
+    stage.step(EncodedBatch(inputs, torch.rand(8, 1, 16, 16), torch.rand(8, 3, 16, 16)), 0.5)
+    for network in (stage.generator, stage.discriminator):
+        own = torch.cat([each.detach().ravel() for each in network.parameters()])
+        assert torch.equal(parallel.from_first(own), own)
+"""
+
+
+@torchrun_only
+@pytest.mark.slow
+def test_weights_stay_equal_where_each_process_sees_other_samples(tmp_path):
+    (tmp_path / "step.py").write_text(STEP)
+    torchrun(str(tmp_path / "step.py"))
+
+
+@torchrun_only
+@pytest.mark.slow
+def test_train_runs_under_torchrun(tmp_path, volume):
+    raw = tmp_path / f"blobs_{'x'.join(map(str, volume.dimensions))}_uint8.raw"
+    np.asarray(volume.scalars).tofile(raw)
+    run = tmp_path / "run"
+    arguments = ("main.py", "train", "--volume", str(raw), "--preset", "draft", "--out", str(run))
+    torchrun(*arguments, "--samples", "128")
+    card = load_card(run)
+    # Two processes with 8 samples each: 16 at a step.
+    assert card.training["samples_seen"] == 128
+    assert [int(row["samples"]) for row in card.training["curve"]] == [128]
+    load_model(run)
+
+
+def test_without_torchrun_there_is_one_process():
+    assert (parallel.rank(), parallel.ranks(), parallel.own_stage(2)) == (0, 1, 2)
+    assert parallel.from_first((1.5, True)) == (1.5, True)

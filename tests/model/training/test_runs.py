@@ -2,6 +2,7 @@ import csv
 import itertools
 import json
 from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -13,18 +14,22 @@ from skimage.measure import block_reduce
 from training_runs import RECIPE, SIZE, Stop, plan
 
 from model.errors import DatasetError, TrainingError
+from model.generator.generator import Generator
 from model.networks.card import load_card
 from model.networks.checkpoint import load_model
 from model.networks.generator_network import LatentCodec
+from model.samples.sample_rendering import render_store
 from model.samples.sample_store import SampleBatch, SampleStore
+from model.samples.sampling import draw_sample
 from model.scene.scene import LightDirection, LightRange, Scene
 from model.training import trainer
-from model.training.options import Budget, StageOptions
+from model.training.options import Budget, StageOptions, TrainingJob
 from model.training.plan import WarmStart
 from model.training.sources import reduced
 from model.training.stages import OpacityStage, Schedule
 from model.training.state import STATE_FILE, load_progress
-from model.training.trainer import train
+from model.training.trainer import run_job, train
+from model.volume_files.source import VolumeSource
 
 CPU = torch.device("cpu")
 ONE_STAGE = replace(RECIPE, one_stage=True, small_time_share=0.0)
@@ -135,8 +140,7 @@ def test_a_gradient_that_is_not_finite_changes_nothing_and_stops_the_run(
         assert all(torch.isfinite(file.get_tensor(key)).all() for key in file.keys())  # noqa: SIM118
 
 
-@pytest.mark.parametrize("ended_by", ["the guard", "Ctrl-C"])
-def test_a_collapse_keeps_the_last_good_state(store, stopped, monkeypatch, ended_by):
+def test_a_collapse_keeps_the_last_good_state(store, stopped, monkeypatch):
     monkeypatch.setattr("model.training.monitor.WARM_UP", 0)
     # A network of a few steps draws grey images whatever the code.
     monkeypatch.setattr("model.training.monitor.LEAST_DIVERSITY", 0)
@@ -146,36 +150,22 @@ def test_a_collapse_keeps_the_last_good_state(store, stopped, monkeypatch, ended
     def collapsing(self, opacity_tf):
         return encode(self, opacity_tf) * (len(seen) < 2)
 
-    def note(report):
-        seen.append(report)
-        if ended_by == "Ctrl-C" and len(seen) == 2:
-            raise KeyboardInterrupt
-
     monkeypatch.setattr(LatentCodec, "encode", collapsing)
-    how = {"Ctrl-C": KeyboardInterrupt, "the guard": TrainingError}[ended_by]
-    with pytest.raises(how) as caught:
-        train(plan(store, stopped, samples=320), resume=True, on_report=note)
-    assert ("codes of all opacity TFs are the same" in str(caught.value)) == (how is TrainingError)
+    with pytest.raises(TrainingError, match="codes of all opacity TFs are the same"):
+        train(plan(store, stopped, samples=320), resume=True, on_report=seen.append)
     assert load_progress(stopped)[0].samples == 3 * 16
 
 
-@pytest.fixture(scope="module")
-def grown(store, tmp_path_factory):
-    """A run whose images grow, and its reports: 5 steps of each stage."""
-    folder = tmp_path_factory.mktemp("runs") / "grown"
+def test_a_run_learns_small_images_first_and_then_grows(store, tmp_path):
     reports = []
-    train(replace(plan(store, folder, 160, 1e9), options=GROWING), on_report=reports.append)
-    return folder, reports
-
-
-def test_a_run_learns_small_images_first_and_then_grows(grown):
-    folder, reports = grown
+    train(replace(plan(store, tmp_path, 96, 1e9), options=GROWING), on_report=reports.append)
     assert list(dict.fromkeys(r.stage for r in reports)) == ["small", "joint"]
     # The discriminator joins at the full size only, at its time.
     joined = [{"discriminator", "feature_matching"} <= r.losses.keys() for r in reports]
-    assert joined == [False] * 8 + [True] * 2
+    assert joined == sorted(joined) and joined[-1]
+    assert [r.stage for r, is_joined in zip(reports, joined, strict=True) if is_joined] == ["joint"]
     assert reports[-1].losses["feature_matching"] > 0
-    card = load_card(folder)
+    card = load_card(tmp_path)
     assert card.size.image_size == SIZE.image_size
     assert {row["stage"] for row in card.training["curve"]} == {"small", "joint"}
 
@@ -246,3 +236,77 @@ def test_a_model_of_another_network_or_scene_is_refused(store, finished):
     lit = replace(scene, lighting="direct", light=LightDirection(), light_range=LightRange())
     with pytest.raises(TrainingError, match="movable light"):
         start.check(size, lit)
+
+
+FULL = TrainingJob(
+    out=Path("runs/a"),
+    volume=VolumeSource(path=Path("v.raw"), raw="4x5x6_uint8", component="magnitude"),
+    color_attention=True,
+    settings=("joint.batch_size=4", "l1_weight=50"),
+    minutes=1.5,
+    lighting="soft",
+    movable_light=True,
+    window=(0.25, 0.5),
+    reuse=2.0,
+    start=Path("models/b"),
+)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"minutes": None}, "minutes or in samples"),
+        ({"minutes": -1.0}, "not positive"),
+        ({"settings": ("nonsense=1",)}, "no 'nonsense'"),
+        ({"lighting": "none"}, "no light that could be moved"),
+        ({"start": Path("runs/a")}, "write over the model"),
+        ({"faithful": True}, "a variant"),
+        ({"store": Path("s.zarr")}, "lighting and movable light and window and reuse"),
+    ],
+)
+def test_jobs_that_make_no_sense_are_refused(change, message):
+    with pytest.raises(TrainingError, match=message):
+        replace(FULL, **change)
+
+
+def test_the_papers_recipe_has_nothing_added_to_it():
+    size = TrainingJob(Path("x"), preset="draft", faithful=True, samples=1).size
+    added = size.modulation, size.opacity_modulation, size.deep_codec, size.color_attention
+    assert not any(added)
+
+
+def test_what_does_not_fit_is_refused_before_anything_is_measured(store, tmp_path):
+    job = TrainingJob(tmp_path / "run", store=store.path, preset="draft", samples=24, device="cpu")
+    with pytest.raises(TrainingError, match="64 pixels but the network draws 128") as caught:
+        run_job(replace(job, preset="compact"))
+    assert caught.value.suggested == {"preset": "draft"}
+    other = tmp_path / "other_4x4x4_uint8.raw"
+    other.write_bytes(bytes(range(64)))
+    with pytest.raises(TrainingError, match="the data set shows 'blobs'"):
+        run_job(replace(job, volume=VolumeSource(path=other)))
+
+
+def test_a_model_with_a_movable_light_is_trained_and_follows_it(volume, tmp_path):
+    scene = Scene.of(volume, 64, "direct", renderer="raycast", movable_light=True)
+    store = SampleStore.create(tmp_path / "lit.zarr", scene, 2, {"train": 32, "holdout": 4})
+    render_store(store, volume, workers=1)
+    assert store.read("train", range(32)).inputs["light"].shape == (32, 2)
+    job = TrainingJob(
+        tmp_path / "run",
+        store=store.path,
+        preset="draft",
+        samples=16,
+        device="cpu",
+        precision="float32",
+    )
+    run_job(job)
+    assert load_card(job.out).training["precision"] == "float32"
+    generator = Generator.load(job.out, "cpu")
+    inputs = draw_sample(scene, 2, "holdout", 0)
+    one, other = (
+        generator.render(replace(inputs, light=LightDirection(*light)))
+        for light in ((-60, 30), (60, -30))
+    )
+    assert np.abs(one[..., :3] - other[..., :3]).max() > 1e-6
+    # How opaque something is does not depend on the light.
+    np.testing.assert_array_equal(one[..., 3], other[..., 3])

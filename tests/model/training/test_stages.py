@@ -122,14 +122,6 @@ def test_faint_modes_count_by_what_a_thick_layer_shows():
     assert layers > 10 * curves
 
 
-def test_stage_2_leaves_stage_1_alone(batch):
-    opacity, translation = stages(TrainingOptions())
-    before = {k: v.clone() for k, v in opacity.average.network.state_dict().items()}
-    translation.step(batch, 0.0)
-    after = opacity.average.network.state_dict()
-    assert all(torch.equal(v, after[k]) for k, v in before.items())
-
-
 def test_the_average_is_exponential():
     network = nn.Linear(1, 1, bias=False)
     average = EMA(network, decay=0.9)
@@ -179,41 +171,12 @@ def test_a_batch_too_large_for_the_memory_is_learned_from_in_parts(batch, advers
             assert (one.grad - other.grad).abs().max() <= 0.05 * scale, name
 
 
-class TightBackwards(OpacityStage):
-    """Runs out of memory when the generator is to learn from more than eight samples."""
-
-    def _generator_losses(self, batch, fake, extra):
-        if len(batch) > 8:
-            raise torch.OutOfMemoryError("made up")
-        return super()._generator_losses(batch, fake, extra)
-
-
-def test_the_discriminator_learns_once_however_often_a_step_is_tried(batch):
-    stage = TightBackwards(Setup(SIZE, 5, TrainingOptions(adversarial_start=0.0), LOSS, CPU))
-    losses = stage.step(batch, WARM_UP).losses
-    assert stage.parts == 4
-    steps = {
-        int(state["step"])
-        for optimizer in (stage.discriminator_optimizer, stage.generator_optimizer)
-        for state in optimizer.state.values()
-    }
-    assert steps == {1}
-    assert losses["discriminator"] > 0
-
-
 def test_memory_too_small_for_any_part_is_said(batch):
     stage = Tight(Setup(SIZE, 5, TrainingOptions(), LOSS, CPU))
     stage.room = 1
     with pytest.raises(TrainingError, match="out of memory") as caught:
         stage.step(batch, 0.0)
     assert caught.value.suggested == {"set": "opacity.batch_size=12"}
-
-
-def test_parts_of_a_batch_have_an_even_number_of_samples(batch):
-    for parts, sizes in ((4, [6] * 4), (5, [6] * 4), (12, [2] * 12)):
-        assert [len(part) for part in batch.parts(parts)] == sizes
-    joined = torch.cat([part.image for part in batch.parts(4)])
-    assert torch.equal(joined, batch.image)
 
 
 def test_a_batch_keeps_shapes_ranges_and_meaning(store):

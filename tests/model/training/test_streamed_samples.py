@@ -110,22 +110,6 @@ def test_a_stream_goes_on_where_it_stopped(volume, raycast):
         assert_same(a, b)
 
 
-@pytest.mark.slow
-def test_samples_are_learned_from_as_often_as_asked(volume, raycast):
-    reuse, ring, batches, size = 4.0, 256, 240, 32
-    with stream(volume, raycast, threads=1, reuse=reuse, ring=ring) as source:
-        drawn = [numbers(b, raycast) for b in islice(source.batches(0, size, 3, 0), batches)]
-    for number, batch in enumerate(drawn):
-        newest = FIRST_SAMPLES + int(number * size / reuse)
-        assert max(batch) < newest
-        assert min(batch) >= newest - ring
-        assert len(set(batch)) == size
-    counts = np.bincount(np.concatenate(drawn))
-    # Those that came after the start and have left the ring again.
-    gone = counts[FIRST_SAMPLES : FIRST_SAMPLES + int(batches * size / reuse) - ring]
-    assert gone.mean() == pytest.approx(reuse, rel=0.05)
-
-
 def test_a_failing_renderer_ends_the_training(volume, raycast, monkeypatch):
     def fail(*_):
         raise RenderError("out of paint")

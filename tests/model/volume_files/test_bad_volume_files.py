@@ -1,5 +1,6 @@
 """Every bad file gets one clear sentence, and nothing else: no noise, no crash, no noise data."""
 
+import contextlib
 import gzip
 import os
 import re
@@ -10,6 +11,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 import tifffile
+from hypothesis import HealthCheck, example, given, settings
+from hypothesis import strategies as st
+from test_containers import hdf5, netcdf
 from volume_writers import (
     check,
     patched,
@@ -19,6 +23,8 @@ from volume_writers import (
     write_itk,
     write_legacy,
     write_metaimage,
+    write_npy,
+    write_npz,
     write_nrrd,
     write_tiff,
     write_vti,
@@ -157,17 +163,12 @@ WITH_NAN = np.full((3, 4, 5), np.nan, np.float32)
 BAD_FILES = {
     # Flat images.
     "flat nrrd": (itk(".nrrd", FLAT), r"flat image of 7 x 5"),
-    "flat mha": (itk(".mha", FLAT), r"flat image of 7 x 5"),
-    "flat nii": (itk(".nii", FLAT), r"flat image of 7 x 5"),
     "flat tif": (tiff([FLAT]), r"flat image of 7 x 5 x 1"),
-    "one slice nrrd": (itk(".nrrd", FLAT[None]), r"flat image of 7 x 5 x 1"),
     "one slice vti": (by(write_vti, ".vti", FLAT[None]), r"flat .* 7 x 5 x 1"),
-    "one slice vtk": (by(write_legacy, ".vtk", FLAT[None]), r"flat image"),
     "rgb image nrrd": (nrrd("kinds: RGB-color domain domain", array=COLORS),
         r"flat image of 7 x 5"),
     # Sizes that cannot be.
     "negative nrrd": (nrrd_header(ARRAY_3D + "sizes: 7 -5 6"), r"7 x -5 x 6, which cannot be"),
-    "zero nrrd": (nrrd_header(ARRAY_3D + "sizes: 7 0 6"), r"7 x 0 x 6, which cannot be"),
     "zero raw": (named("a_7x0x6_uint8.raw", b"123"), r"7 x 0 x 6, which cannot be"),
     "negative mha": (metaimage(change=(b"DimSize = 7 5", b"DimSize = 7 -5")),
         r"7 x -5 x 6, which cannot be"),
@@ -179,7 +180,6 @@ BAD_FILES = {
     "huge nrrd": (nrrd_header(ARRAY_3D + "sizes: 100000 100000 100000"), r"1819\.0 TiB.*memory"),
     "huge gzip nrrd": (nrrd_header(ARRAY_3D.replace("raw", "gzip") + "sizes: 100000 100000 100000"),
         r"100000 x 100000 x 100000 voxels, 1819\.0 TiB"),
-    "absurd nrrd": (nrrd_header(ARRAY_3D + f"sizes: {'9' * 30} 2 2"), r"of memory"),
     "overlong nrrd": (nrrd_header(ARRAY_3D + f"sizes: {'9' * 5000} 2 2"), r"malformed 'sizes'"),
     "huge mha": (metaimage(change=(b"= 7 5 6", b"= 100000 100000 100000")),
         r"100000 x 100000 x 100000 voxels.*memory"),
@@ -198,21 +198,15 @@ BAD_FILES = {
     "long nii": (nifti(46, "<i2", 600), r"420 of the 42000 bytes"),
     "long nii.gz": (lambda p: packed(nifti(46, "<i2", 600)(p)), r"truncated"),
     "long vti": (vti(b"0 6 0 4 0 5", b"0 6 0 4 0 599"), r"truncated"),
-    "long compressed vti": (vti(b"0 6 0 4 0 5", b"0 6 0 4 0 599", compressor="ZLib"),
-        r"VTK says '.*'"),
     "long vtk": (legacy(b"7 5 6", b"7 5 600"), r"truncated"),
-    "longer vtk": (legacy(b"7 5 6", b"7 5 7"), r"VTK says"),
     "long raw": (named("a_7x5x6_uint16.raw", b"1" * 419), r"has 419 .*It is truncated"),
     "headed raw": (named("a_7x5x6_uint16.raw", b"1" * 932),
         r"7 x 5 x 6 voxels of uint16.*512 bytes too many\. A header\?.*offset=512"),
-    "overlong raw": (named("a_7x5x6_uint16.raw", b"1" * 99999), r"or other data follow"),
     # Damaged, foreign and incomplete headers.
     "foreign nrrd": (named("a.nrrd", b"\x89PNG" + b"?" * 500), r"not a NRRD file"),
     "foreign mha": (named("a.mha", os.urandom(500)), r"not a MetaImage file"),
     "foreign nii": (named("a.nii", b"?" * 500), r"not a NIfTI file"),
-    "foreign nii.gz": (named("a.nii.gz", b"?" * 500), r"not a NIfTI file"),
     "foreign vti": (named("a.vti", b"<html></html>"), r"not VTK image data"),
-    "polygons in vti": (named("a.vti", b'<VTKFile type="PolyData">'), r"not VTK image data"),
     "foreign vtk": (named("a.vtk", b"?" * 500), r"not a legacy VTK file"),
     "polygons in vtk": (
         named("a.vtk", b"# vtk DataFile Version 3.0\nx\nASCII\nDATASET POLYDATA\nPOINTS 0 float\n"),
@@ -224,18 +218,14 @@ BAD_FILES = {
     "foreign h5": (named("a.h5", b"?" * 2000), r"HDF5"),
     "foreign nc": (named("a.nc", b"?" * 2000), r"NetCDF"),
     "foreign mrc": (named("a.mrc", b"?" * 2000), r"MRC"),
-    "foreign npz": (named("a.npz", b"?" * 2000), r"zip"),
     # Kinds that are named, with what converts them.
     "Zeiss": (named("a.czi", b"ZISRAWFILE"), r"Fiji"),
-    "Zeiss by its content": (named("cells", b"ZISRAWFILE"), r"Zeiss"),
     "Nikon": (named("a.nd2", b"?"), r"nd2"),
     "unstructured": (named("a.vtu", b"<VTKFile>"), r"Resample To Image"),
-    "surface": (named("a.stl", b"solid"), r"a surface"),
     "pickle": (named("a.pkl", b"?"), r"numpy.save"),
     "archive": (named("a.dat", b"PK\x03\x04"), r"an archive"),
     "CDF-5": (named("a.nc", b"CDF\x05\0\0"), r"CDF-5.*nccopy"),
     "HDF4": (named("a.hdf", b"\x0e\x03\x13\x01" * 9), r"an HDF4 file.*h4toh5"),
-    "GRIB": (named("a.nc", b"GRIB" * 9), r"a GRIB file.*cdo"),
     "MATLAB 5": (named("a.mat", b"MATLAB 5.0 MAT-file" * 9), r"MATLAB's old format.*-v7.3"),
     "unknown": (named("a.xyz", b"?" * 500), r"'\.xyz' are not read here.*NRRD"),
     "no suffix": (named("volume", b"?" * 500), r"'volume' are not read here.*convert it"),
@@ -243,7 +233,6 @@ BAD_FILES = {
     "nrrd without type": (nrrd_header("dimension: 3\nsizes: 7 5 6"), r"no 'type'"),
     "nrrd without sizes": (nrrd_header("dimension: 3\ntype: short"), r"no 'sizes'"),
     "nrrd of other dimension": (nrrd_header(ARRAY_3D + "sizes: 7 5"), r"malformed 'sizes'"),
-    "nrrd with word sizes": (nrrd_header(ARRAY_3D + "sizes: a b c"), r"malformed 'sizes'"),
     "nrrd without end": (named("a.nrrd", b"NRRD0004\ntype: short\n"), r"its header has no end"),
     "nrrd endian": (nrrd("endian: middle"), r"malformed 'endian'"),
     "nrrd directions": (nrrd("space directions: (1,0,0) (0,1,0)"), r"malformed 'space directions'"),
@@ -252,19 +241,15 @@ BAD_FILES = {
     "nrrd block type": (nrrd(kind="block"), r"NRRD type 'block' cannot be read"),
     "nrrd ascii": (nrrd("encoding: ascii"), r"'ascii' cannot be read here; save it as raw or gzip"),
     "nrrd list": (nrrd("data file: LIST\na.raw"), r"several data files"),
-    "nrrd pattern": (nrrd("data file: s%02d.raw 1 6 1"), r"several data files"),
     "nrrd without data": (nrrd("data file: b.raw"), r"data file b\.raw is missing"),
     "nrrd bad gzip": (nrrd("encoding: gzip", data=b"?" * 99), r"compressed stream is invalid"),
-    "nrrd bad bzip2": (nrrd("encoding: bzip2", data=b"?" * 99), r"compressed stream is invalid"),
     "nrrd wrong sum": (nrrd("encoding: gzip", data=gzip.compress(ARRAY.tobytes())[:-8] + b"?" * 8),
         r"compressed stream is invalid"),
     "mha without size": (named("a.mhd", MHD + b"ElementDataFile = LOCAL\n"),
         r"has no 'DimSize'"),
-    "mha without end": (named("a.mhd", MHD), r"header has no end"),
     "mha type": (metaimage(kind="MET_STRING"), r"'MET_STRING' cannot be read"),
     "mha ascii": (metaimage("BinaryData = False"), r"ASCII voxels cannot be read"),
     "mha list": (metaimage(file="LIST"), r"several data files"),
-    "mha pattern": (metaimage(file="s%03d.raw 1 6 1"), r"several data files"),
     "mha without data": (metaimage(file="b.raw"), r"data file b\.raw is missing"),
     "mha spacing": (metaimage("ElementSpacing = 1 2"), r"malformed 'ElementSpacing'"),
     "mha matrix": (metaimage("TransformMatrix = 1 0 0 0"), r"malformed 'TransformMatrix'"),
@@ -282,25 +267,20 @@ BAD_FILES = {
     "vti cut": (vti(b"</VTKFile>", b""), r"closing tag is missing"),
     "vti many blocks": (vti_blocks([1 << 31, 32768, 420]), r"claims 2147483648 compressed blocks"),
     "vti long block": (vti_blocks([1, 32768, 420, 1 << 30]), r"blocks are longer than the file"),
-    "vti empty blocks": (vti_blocks([1, 0, 0]), r"sizes of its compressed blocks cannot be"),
     "vti huge blocks": (vti_blocks([3, 1 << 31, 0]), r"sizes of its compressed blocks cannot be"),
     "vtk kind": (legacy(b"STRUCTURED_POINTS", b"RECTILINEAR_GRID"), r"holds rectilinear_grid"),
     "vtk keyword": (legacy(b"SCALARS", b"SCALERS"), r"."),
     "vtk without size": (legacy(b"DIMENSIONS", b"DIMENSION"), r"no dimensions"),
     # Kinds that are not read.
-    "tif half tiled": (half_tiled, r"damaged or foreign"),
+    "tif half tiled": (half_tiled, r"damaged, or of another format"),
     "tif complex": (tiff(ARRAY.astype("c8")), r"TIFF of complex64 voxels cannot be read here"),
     "tif in a circle": (circular, r"circular reference"),
     "tif of several": (lambda _: SLICE, r"one of the 10 slices in its folder, open the folder"),
     "tif pages differ": (tiff([FLAT, FLAT.T]), r"slices differ in size, type or storage"),
-    "tif types differ": (tiff([FLAT, FLAT.astype("u1")]),
-        r"slices differ in size, type or storage"),
     "tif short strip": (short_strip, r"fewer pixels than its size says"),
     # Voxels that show nothing.
     "all nan": (itk(".nrrd", WITH_NAN), r"every voxel is NaN or infinite"),
     "constant": (itk(".nrrd", np.full((3, 4, 5), 7, np.int16)), r"every voxel has the value 7"),
-    "constant but nan": (itk(".nrrd", np.where(np.arange(60).reshape(3, 4, 5) < 9, np.nan, 2.0)),
-        r"every voxel has the value 2"),
 }  # fmt: skip
 
 
@@ -448,10 +428,114 @@ def test_layouts_that_cannot_be():
         RawLayout((2, 2, 2), "uint8", "middle")
 
 
-def test_what_a_library_says_is_in_quotes_once(tmp_path):
-    # A KeyError quotes its message itself.
-    with (
-        pytest.raises(VolumeError, match=r"h5py says 'no such name';"),
-        checks.errors_of(tmp_path, "h5py says '{}'"),
-    ):
-        raise KeyError("no such name")
+# --- truncation ---------------------------------------------------------------------------
+
+TRUNCATED = {
+    "raw.nrrd": write_itk,
+    "gzip.nrrd": lambda path, array: write_itk(path, array, compressed=True),
+    "raw.mha": write_itk,
+    "zlib.mha": lambda path, array: write_itk(path, array, compressed=True),
+    "raw.nii": write_itk,
+    "gzip.nii.gz": write_itk,
+    "appended.vti": write_vti,
+    "zlib.vti": lambda path, array: write_vti(path, array, compressor="ZLib"),
+    "base64.vti": lambda path, array: write_vti(path, array, mode="Binary"),
+    # ASCII legacy files are left out: "358" cut to "35" is still a number.
+    "binary.vtk": write_legacy,
+    "pages.tif": write_tiff,
+    "itk.tif": write_itk,
+    "a.npy": write_npy,
+    "a.npz": write_npz,
+    "a.h5": hdf5,
+    "a.nc": lambda path, array: netcdf(path, array.astype(np.int32)),
+    "a_7x5x6_uint16.raw": lambda path, array: path.write_bytes(array.tobytes()) and path,
+}
+
+
+@pytest.fixture(scope="module")
+def whole_files(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("whole")
+    return {name: write(folder / name, ARRAY).read_bytes() for name, write in TRUNCATED.items()}
+
+
+@pytest.mark.parametrize("name", TRUNCATED)
+@settings(max_examples=40, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(share=st.floats(0, 1, exclude_max=True))
+@example(share=0.999999)
+@example(share=0.98)
+def test_a_file_cut_anywhere_is_refused_or_reads_equal(tmp_path, whole_files, name, share):
+    whole = whole_files[name]
+    path = tmp_path / name
+    path.write_bytes(whole[: int(share * len(whole))])
+    with contextlib.suppress(VolumeError):
+        check(read_volume(path), ARRAY)
+
+
+@settings(max_examples=30, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(share=st.floats(0, 1, exclude_max=True))
+@example(share=0.999)
+def test_a_dicom_slice_cut_anywhere_is_refused(tmp_path, share):
+    folder = tmp_path / "ct"
+    if not folder.exists():
+        write_dicom(folder, ARRAY)
+    path = folder / "005.dcm"
+    whole = path.read_bytes()
+    path.write_bytes(whole[: int(share * len(whole))])
+    try:
+        refused(folder, r"005\.dcm")
+    finally:
+        path.write_bytes(whole)
+
+
+def test_pixels_that_cannot_be_unpacked(tmp_path):
+    array = np.arange(256 * 64, dtype=np.uint16).reshape(4, 64, 64)
+    path = tmp_path / "a.tif"
+    tifffile.imwrite(path, array, compression="zlib", photometric="minisblack")
+    content = bytearray(path.read_bytes())
+    content[40:80] = b"\xff" * 40
+    path.write_bytes(content)
+    refused(path, r"unpacked|damaged")
+
+
+def write_header(folder, kind, name):
+    path, fields = folder / f"a.{kind}", [f"data file: {name}"]
+    if kind == "nhdr":
+        return write_nrrd(path, ARRAY, *fields, data=b"")
+    return write_metaimage(path, ARRAY, data=b"", file=name)
+
+
+@pytest.mark.parametrize(
+    "name", ["../secret.raw", "{tmp}/secret.raw", "sub/../../secret.raw", "link"]
+)
+@pytest.mark.parametrize("kind", ["nhdr", "mhd"])
+def test_no_header_leads_out_of_its_folder(tmp_path, kind, name):
+    folder = tmp_path / "data"
+    (folder / "sub").mkdir(parents=True)
+    for path in (tmp_path / "secret.raw", folder / "sub" / "inside.raw"):
+        path.write_bytes(ARRAY.tobytes())
+    (folder / "link").symlink_to(tmp_path / "secret.raw")
+    path = write_header(folder, kind, name.format(tmp=tmp_path))
+    refused(path, "outside the header's folder")
+    check(read_volume(write_header(folder, kind, "sub/inside.raw")), ARRAY)
+
+
+@pytest.mark.parametrize("kind", ["dicom", "tiff"])
+def test_no_folder_of_slices_leads_elsewhere(tmp_path, kind):
+    elsewhere, folder = tmp_path / "elsewhere", tmp_path / "data"
+    for place in (folder, elsewhere):
+        place.mkdir()
+        if kind == "dicom":
+            write_dicom(place, voxels())
+        for number in range(3 if kind == "tiff" else 0):
+            write_tiff(place / f"{number}.tif", [FLAT])
+    expected = read_volume(folder).voxels
+    # A link inside the folder, and one without a slice's name, harm nobody.
+    (first, *_) = sorted(folder.iterdir())
+    (folder / "sub").mkdir()
+    first.rename(folder / "sub/kept")
+    first.symlink_to("sub/kept")
+    (folder / "notes").symlink_to(sorted(elsewhere.iterdir())[0])
+    check(read_volume(folder), expected)
+    stranger = sorted(elsewhere.iterdir())[0]
+    (folder / f"z{stranger.suffix}").symlink_to(stranger)
+    refused(folder, "a link that leads out of its folder")

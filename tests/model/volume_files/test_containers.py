@@ -3,8 +3,8 @@
 Voxels are 1 + i + 30 j + 600 k along the true x, y and z, so that exchanged and reversed axes show.
 """
 
+import gzip
 import json
-from dataclasses import replace
 
 import h5py
 import numpy as np
@@ -12,16 +12,174 @@ import pytest
 import SimpleITK as sitk  # noqa: N813
 import xarray
 import zarr
-from volume_writers import check, refused, scaled, write_mrc, write_ome_zarr
+from scipy.io import netcdf_file
+from volume_writers import (
+    check,
+    named,
+    refused,
+    said,
+    scaled,
+    voxels,
+    write_mrc,
+    write_npy,
+    write_npz,
+    write_ome_zarr,
+    write_zarr,
+)
 
 from model.errors import VolumeError
-from model.rendering.raycast.renderer import RaycastRenderer
-from model.scene.default_tf import default_transfer_function
-from model.scene.inputs import SceneInputs
-from model.scene.orientation import home_view
 from model.volume_files import Choice, read_volume
-from model.volume_files.checks import times
 from model.volume_files.source import VolumeSource
+
+FLOATS = voxels("float32")
+TIMES = voxels("int16", (4, 6, 5, 7))
+
+
+def hdf5(path, array):
+    with h5py.File(path.with_suffix(".h5"), "w") as file:
+        file.create_dataset("group/values", data=array, compression="gzip")
+    return path.with_suffix(".h5")
+
+
+def netcdf(path, array):
+    with netcdf_file(path.with_suffix(".nc"), "w") as file:
+        names = "tzyx"[-array.ndim :]
+        for name, n in zip(names, array.shape, strict=True):
+            file.createDimension(name, n)
+        file.createVariable("values", array.dtype, tuple(names))[:] = array
+    return path.with_suffix(".nc")
+
+
+WRITERS = {
+    "npy": named(write_npy, ".npy"),
+    "npz": named(write_npz, ".npz"),
+    "hdf5": hdf5,
+    "netcdf": netcdf,
+    "zarr 2": named(write_zarr, ".zarr", 2),
+    "zarr 3": named(write_zarr, ".zarr", 3),
+}
+
+
+@pytest.mark.parametrize("name", WRITERS)
+@pytest.mark.parametrize("dtype", ["uint8", "int16", "float32", "float64"])
+def test_one_array(tmp_path, name, dtype):
+    if (name, dtype) == ("netcdf", "uint8"):
+        dtype = "int8"
+    array = voxels(dtype)
+    volume = read_volume(WRITERS[name](tmp_path / "a", array))
+    check(volume, array)
+    assert volume.spacing == (1, 1, 1)
+    assert "no voxel spacing" in said(volume)
+
+
+@pytest.mark.parametrize("time", [0, 3])
+@pytest.mark.parametrize("name", WRITERS)
+def test_one_of_several_times(tmp_path, name, time):
+    volume = read_volume(WRITERS[name](tmp_path / "a", TIMES), choice=Choice(time=str(time)))
+    check(volume, TIMES[time])
+    assert [content.kind for content in volume.file.contents] == ["time"] * 4
+
+
+def test_the_largest_of_several_arrays_that_is_no_mask(tmp_path):
+    path = tmp_path / "a.h5"
+    with h5py.File(path, "w") as file:
+        file["small"] = FLOATS[:3]
+        file["values"] = FLOATS
+        file["mask"] = np.ones((8, 9, 10), np.uint8)
+        file["curve"] = np.arange(10000)
+    volume = read_volume(path)
+    check(volume, FLOATS)
+    names = [content.name for content in volume.file.contents]
+    assert names == ["values", "small", "mask"]
+    check(read_volume(path, choice=Choice(array="small")), FLOATS[:3])
+    refused(
+        path, "no array 'nothing'; there are values, small, mask", choice=Choice(array="nothing")
+    )
+
+
+def test_voxel_sizes_in_attributes_of_hdf5(tmp_path):
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        file["values"] = FLOATS
+        file["values"].attrs["element_size_um"] = [3.0, 2.0, 0.5]
+    volume = read_volume(tmp_path / "a.h5")
+    assert (volume.spacing, volume.file.spacing_unit) == ((0.5, 2, 3), "um")
+
+
+def test_nothing_outside_an_hdf5_file_is_read(tmp_path):
+    (tmp_path / "secret.raw").write_bytes(FLOATS.tobytes())
+    path = tmp_path / "a.h5"
+    with h5py.File(path, "w") as file:
+        external = [(str(tmp_path / "secret.raw"), 0, FLOATS.nbytes)]
+        file.create_dataset("a", FLOATS.shape, "f4", external=external)
+        layout = h5py.VirtualLayout(FLOATS.shape, "f4")
+        layout[...] = h5py.VirtualSource(str(tmp_path / "b.h5"), "x", FLOATS.shape)
+        file.create_virtual_dataset("b", layout)
+        file["c"] = h5py.ExternalLink(str(tmp_path / "b.h5"), "x")
+    with h5py.File(tmp_path / "b.h5", "w") as file:
+        file["x"] = FLOATS
+    refused(path, "holds no array")
+
+
+def test_ome_zarr_has_levels_times_channels_and_sizes(tmp_path):
+    array = voxels("uint16", (2, 3, 6, 5, 7))
+    levels = {"0": array, "1": np.ascontiguousarray(array[..., ::2, ::2, ::2])}
+    scales = [scaled(1, 1, 3, 2, 0.5), scaled(1, 1, 6, 4, 1)]
+    omero = {"channels": [{"label": name} for name in ("DAPI", "GFP", "RFP")]}
+    place = write_ome_zarr(tmp_path / "a.zarr", levels, "tczyx", scales, omero=omero)
+    volume = read_volume(place, choice=Choice(time="1", channel="RFP"))
+    check(volume, array[1, 2], spacing=(0.5, 2, 3), spacing_unit="um")
+    coarse = read_volume(place, choice=Choice(array="1"))
+    check(coarse, array[0, 0, ::2, ::2, ::2], spacing=(1, 4, 6))
+
+
+@pytest.mark.parametrize("dtype", ["int8", "int16", "uint16", "float32", "float16"])
+def test_mrc(tmp_path, dtype):
+    array = voxels("float32").astype(dtype) if dtype == "float16" else voxels(dtype)
+    path = write_mrc(tmp_path / "a.mrc", array)
+    volume = read_volume(path)
+    check(volume, array)
+    assert volume.spacing == pytest.approx((0.5, 2, 3))
+    assert volume.file.spacing_unit == "angstrom"
+    (tmp_path / "b.map.gz").write_bytes(gzip.compress(path.read_bytes()))
+    check(read_volume(tmp_path / "b.map.gz"), array)
+
+
+def test_mrc_axes_in_another_order(tmp_path):
+    path = write_mrc(tmp_path / "a.map", FLOATS, mapc=3, mapr=1, maps=2)
+    volume = read_volume(path)
+    # The fastest axis of the file is z, then x, then y.
+    check(volume, FLOATS.transpose(2, 0, 1))
+
+
+def test_mrc_stacks_of_volumes(tmp_path):
+    path = write_mrc(tmp_path / "a.mrc", FLOATS, ispg=401, mz=3)
+    for number in range(2):
+        volume = read_volume(path, choice=Choice(series=str(number)))
+        check(volume, FLOATS[3 * number : 3 * number + 3])
+    path = write_mrc(tmp_path / "b.mrc", FLOATS, ispg=0)
+    assert "stack of images" in said(read_volume(path))
+
+
+def test_arrays_of_objects_and_flat_ones(tmp_path):
+    np.save(tmp_path / "a.npy", np.array([{}, {}]), allow_pickle=True)
+    refused(tmp_path / "a.npy", "Python objects")
+    np.save(tmp_path / "b.npy", np.zeros((5, 7)))
+    refused(tmp_path / "b.npy", r"none of its arrays is a volume.*b \(7 x 5, float64\)")
+
+
+@pytest.mark.parametrize(
+    ("make", "word"),
+    [
+        (lambda f: f.create_dataset("d", data=np.zeros((3, 3, 3), "f4,i4")), "records"),
+        (lambda f: f.create_dataset("d", data="text"), "no numbers"),
+        (lambda f: f.__setitem__("d", h5py.ExternalLink("other.h5", "x")), "link to another file"),
+    ],
+)
+def test_hdf5_says_what_it_holds_instead_of_an_array(tmp_path, make, word):
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        make(file)
+    refused(tmp_path / "a.h5", rf"only d \(.*{word}")
+
 
 NX, NY, NZ = 28, 20, 12
 z, y, x = np.meshgrid(np.arange(NZ), np.arange(NY), np.arange(NX), indexing="ij")
@@ -91,23 +249,23 @@ CLIMATE = {
     "valid range": (climate(attrs={"valid_min": 9000.0}), {}, PLAIN, "holds none of its values",
         {"missing": None}),
     "packed": (climate(HOLES, **METRIC), encoded(t={"dtype": "i2", "_FillValue": -5,
-        "scale_factor": 0.5, "add_offset": 100.0}), HOLES, "960 voxels are missing by what", {}),
+        "scale_factor": 0.5, "add_offset": 100.0}), HOLES, "The file marks 960 voxels", {}),
     "a valid maximum of packed values": (climate(attrs={"valid_max": np.int16(10000)}, **METRIC),
         encoded(t={"dtype": "i2", "_FillValue": -5, "scale_factor": 0.5, "add_offset": 100.0}),
-        np.where(PLAIN <= 5100, PLAIN, np.nan), "missing by what", {}),
+        np.where(PLAIN <= 5100, PLAIN, np.nan), "as missing", {}),
     "lengths in unlike units": (climate(lev=(3.0 * np.arange(NZ) + 30, {"units": "mm"}),
         lat=(20 - 2.0 * np.arange(NY), {"units": "mm"}),
         lon=(500.0 * np.arange(NX), {"units": "um"})), {}, PLAIN[:, ::-1], "y is read in reverse",
         {"spacing": (500, 2000, 3000), "origin": (0, -18000, 30000), "spacing_unit": "um"}),
     "a fill value of floats": (climate(HOLES, **METRIC), encoded(t={"_FillValue": -999.0}), HOLES,
-        "960 voxels are missing by what", {}),
+        "The file marks 960 voxels", {}),
     "a missing value": (climate(PLAIN, attrs={"missing_value": np.float32(1)}, **METRIC), {},
-        np.where(PLAIN == 1, np.nan, PLAIN), "1 voxels are missing by what", {}),
+        np.where(PLAIN == 1, np.nan, PLAIN), "The file marks 1 voxels", {}),
     "images over time": (climate(dims=("time", "lat", "lon"), time=(np.arange(NZ), {})), {},
         PLAIN, "calls its images time steps", {}),
     "two components": (climate(np.stack([HOLES, HOLES], -1), ("lev", "lat", "lon", "uv")),
         encoded(t={"dtype": "i2", "_FillValue": -99}), np.hypot(HOLES, HOLES),
-        "960 voxels are missing by what", {}),
+        "The file marks 960 voxels", {}),
 }  # fmt: skip
 
 
@@ -353,18 +511,3 @@ def test_z_is_stretched_as_is_typed(tmp_path, typed, z, stretch, said):
 def test_a_stretch_that_is_none_is_refused(text):
     with pytest.raises(VolumeError, match="is not a stretch of z"):
         VolumeSource(stretch=text).check()
-
-
-@pytest.mark.parametrize("shape", [(2000, 2, 2), (2, 2000, 2), (2, 2, 2000)])
-@pytest.mark.parametrize("size", [1e-9, 1.0])
-def test_a_column_is_said_and_seen(tmp_path, shape, size):
-    column = np.random.default_rng(0).random(shape, "f4") + 1
-    image = sitk.GetImageFromArray(column)
-    image.SetSpacing([size] * 3)
-    sitk.WriteImage(image, str(tmp_path / "a.mha"))
-    volume = read_volume(tmp_path / "a.mha")
-    assert f"{times(shape[::-1])} voxels is 1000 times" in " ".join(volume.notes)
-    inputs = SceneInputs.of(home_view(volume.proportions), default_transfer_function(volume))
-    for view in (inputs.view, replace(inputs.view, azimuth=300.0)):
-        image = RaycastRenderer(volume).render(replace(inputs, view=view), 64)
-        assert 0.03 < (image[..., 3] > 0.05).mean() < 0.3

@@ -27,7 +27,7 @@ def save(path, array=ARRAY, affine=AFFINE, kind=nib.Nifti1Image):
     ("file", "spacing", "note"),
     [
         ("pixdim_ones_sform_only.nii", (0.5, 0.5, 3), "voxel sizes 1 x 1 x 1 differ"),
-        ("qform_LAS_sform_RAS.nii", (1, 1, 2), "mirror images of one another; the sform holds"),
+        ("qform_LAS_sform_RAS.nii", (1, 1, 2), "mirror images of one another; the sform is used"),
     ],
 )
 def test_the_sform_holds(file, spacing, note):
@@ -83,7 +83,7 @@ def test_a_name_of_another_kind_and_a_lost_mark(tmp_path):
     (tmp_path / "a.nrrd").write_bytes(content)
     check(read_volume(tmp_path / "a.nrrd"), ARRAY, "kind '.nii'")
     path.write_bytes(content[:344] + b"xxx" + content[347:])
-    check(read_volume(path), ARRAY, "lacks the mark")
+    check(read_volume(path), ARRAY, "no mark of NIfTI")
     path.write_bytes(content[:70] + b"\x09\0" + content[72:])
     refused(path, "its data type 9 is none of NIfTI-1's")
 
@@ -124,22 +124,6 @@ def test_colours_are_components(tmp_path):
     path = save(tmp_path / "a.nii", np.ascontiguousarray(array).view(kind)[..., 0])
     for component in range(3):
         check(read_volume(path, choice=Choice(component=str(component))), array[..., component])
-
-
-@pytest.mark.parametrize("words", ["mirror images", "turn the grid", "place the grid"])
-def test_a_qform_that_disagrees(tmp_path, words):
-    other = AFFINE.copy()
-    if words == "mirror images":
-        other[0, 0] = -0.5
-    elif words == "turn the grid":
-        other[:3, :3] = AFFINE[:3, :3][[1, 2, 0]]
-    else:
-        other[2, 3] = 90
-    image = nib.Nifti1Image(np.ascontiguousarray(ARRAY.T), AFFINE)
-    image.set_sform(AFFINE, 2)
-    image.set_qform(other, 1)
-    nib.save(image, tmp_path / "a.nii")
-    check(read_volume(tmp_path / "a.nii"), ARRAY, words, origin=ORIGIN)
 
 
 FLAT = voxels("int16", (6, 1, 5, 7))

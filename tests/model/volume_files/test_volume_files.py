@@ -23,9 +23,12 @@ from volume_writers import (
     write_vti,
 )
 
-from model.volume_files import Choice, RawLayout, describe, read_volume
+from model.scene.default_tf import default_transfer_function
+from model.scene.volume import Volume
+from model.volume_files import Choice, RawLayout, read_volume
 from model.volume_files.progress import ReadingCancelledError, watched
-from model.volume_files.raw import fit_sentence, guess_layout, preview
+from model.volume_files.raw import guess_layout, preview
+from model.volume_files.shipped import first_transfer_function, picture_of, shipped_volumes
 
 ROOT = Path(__file__).parents[3]
 SHIPPED = {
@@ -178,20 +181,6 @@ def test_one_component_of_several(tmp_path, file, component):
     assert (said in " ".join(volume.notes)) == (component is None)
 
 
-def test_description(tmp_path):
-    array = voxels("float32")
-    array[0, 0, 0] = np.nan
-    path = write_nrrd(tmp_path / "jet_7x5x6_float32.nrrd", array, "sample units: K", kind="float")
-    rows = describe(read_volume(path))
-    facts = dict(rows)
-    expected = {"name": "jet", "dimensions": "7 x 5 x 6 voxels", "type": "float32"}
-    expected |= {"units": "K", "size in memory": "840 bytes"}
-    assert expected.items() <= facts.items()
-    low, high = (float(word) for word in facts["scalar range"].split(" to "))
-    assert (low, high) == pytest.approx((np.nanmin(array), np.nanmax(array)), rel=1e-4)
-    assert [label for label, _ in rows].count("note") == 2
-
-
 # --- where voxels lie ---------------------------------------------------------------------
 
 
@@ -262,25 +251,15 @@ def field(place):
     return 1000 + place @ [3.0, 7.0, 11.0]
 
 
-def write_shifted(path):
-    """Write a grid whose slices are shifted against one another."""
+def test_shifted_slices_are_where_they_were_taken(tmp_path):
+    """Of a grid whose slices are shifted against one another."""
     array = field(places((6, 12, 16), STEPS, ORIGIN)).astype(np.float32)
-    if path.suffix == ".nii":
-        affine = np.eye(4)
-        affine[:3, :3], affine[:3, 3] = STEPS.T, ORIGIN
-        image = nib.Nifti1Image(np.ascontiguousarray(array.T), None)
-        image.set_sform(affine, 1)
-        nib.save(image, path)
-        return path
-    directions = " ".join(f"({x},{y},{z})" for x, y, z in STEPS)
-    origin = f"space origin: ({ORIGIN[0]},{ORIGIN[1]},{ORIGIN[2]})"
-    fields = ["space: RAS", f"space directions: {directions}", origin]
-    return write_nrrd(path, array, *fields, kind="float")
-
-
-@pytest.mark.parametrize("name", ["a.nii", "a.nrrd"])
-def test_shifted_slices_are_where_they_were_taken(tmp_path, name):
-    volume = read_volume(write_shifted(tmp_path / name))
+    affine = np.eye(4)
+    affine[:3, :3], affine[:3, 3] = STEPS.T, ORIGIN
+    image = nib.Nifti1Image(np.ascontiguousarray(array.T), None)
+    image.set_sform(affine, 1)
+    nib.save(image, tmp_path / "a.nii")
+    volume = read_volume(tmp_path / "a.nii")
     assert volume.spacing == pytest.approx((0.5, 2.0, 3.0))
     there = ~volume.missing
     # Interpolation needs both neighbors: each slice loses a row and a column at most.
@@ -292,15 +271,6 @@ def test_shifted_slices_are_where_they_were_taken(tmp_path, name):
 
 
 # --- TIFF, plain --------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("compressed", [False, True])
-@pytest.mark.parametrize("dtype", ["uint8", "int8", "uint16", "int16", "float32"])
-def test_tiff_by_itk(tmp_path, dtype, compressed):
-    volume = read_volume(write_itk(tmp_path / "a.tif", voxels(dtype), compressed=compressed))
-    # ITK writes the size of pixels, but no distance of slices.
-    said = "The file gives no voxel spacing along z; 0.5 is assumed"
-    check(volume, voxels(dtype), said, spacing=(0.5, 2, 0.5), origin=(0, 0, 0))
 
 
 @pytest.fixture
@@ -374,23 +344,48 @@ def test_previews_are_the_middle_slices_with_z_upwards(tmp_path):
         np.testing.assert_allclose(preview(path, layout, axis), 255 * unit, atol=0.51)
 
 
-def test_a_preview_leaves_out_voxels_and_shows_what_the_file_lacks_black(tmp_path):
-    rows = np.linspace(1, 2, 200, dtype=np.float32)
-    voxels = np.broadcast_to(rows[:, None, None], (200, 4, 600))
-    path = tmp_path / "data.raw"
-    path.write_bytes(voxels.tobytes())
-    assert preview(path, RawLayout((600, 4, 200), "float32"), 1).shape == (200, 200)
-    longer = preview(path, RawLayout((600, 4, 250), "float32"), 1)
-    assert longer.shape == (250, 200)
-    assert not longer[:50].any() and longer[50].min() == 255
+def test_each_volume_in_resources_is_offered_with_a_picture():
+    folder = shipped_volumes()[0].parent
+    assert set(shipped_volumes()) == set(folder.glob("*.nrrd"))
+    assert all(picture_of(path).is_file() for path in shipped_volumes())
 
 
-def test_the_sentence_says_what_would_fit():
-    layout = RawLayout((256, 256, 110), "uint8")
-    assert fit_sentence(layout, 7_208_960).endswith("which is what the file has.")
-    wider = fit_sentence(layout, 2 * 7_208_960)
-    assert "14,417,920 bytes" in wider and "too many" in wider
-    assert "uint16, or 220 voxels along z" in wider
-    assert "too few" in fit_sentence(layout, 256 * 256 * 100)
-    assert "100 voxels along z" in fit_sentence(layout, 256 * 256 * 100)
-    assert "header" in fit_sentence(layout, 7_208_960 + 352)
+def scan(scale=1.0, shift=0.0, noise=20.0):
+    """A body of fat about soft tissue about bone in air: HU of known tissues, on another scale."""
+    random = np.random.default_rng(0)
+    radius = np.linalg.norm(np.indices((64, 64, 64)) - 31.5, axis=0)
+    hu = np.select([radius < 9, radius < 20, radius < 26], [800.0, 50.0, -100.0], -1000.0)
+    hu += random.normal(0.0, noise, hu.shape) * np.where(radius < 9, 8.0, 1.0)
+    return np.clip((hu - shift) * scale, 0 if scale < 1 else -1024, 255 if scale < 1 else 3071)
+
+
+@pytest.mark.parametrize("units", ["HU", ""])
+def test_scans_in_hounsfield_units_show_bone_before_soft_tissue_before_air(units):
+    values = np.linspace(-1024, 3071, 4096).astype(np.int16).reshape(16, 16, 16)
+    volume = Volume(values, name="scan", units=units)
+    opacity = first_transfer_function(volume).opacity
+    assert opacity.scalar_range == volume.scalar_range
+    air, tissue, contrast, bone = opacity(np.array([-1000.0, 80.0, 280.0, 700.0]))
+    assert air == 0 < tissue < 0.05 < contrast < 0.3 < 0.8 < bone
+
+
+@pytest.mark.parametrize(("scale", "shift"), [(0.1, -1000.0), (0.08, -1100.0), (0.14, -1050.0)])
+def test_scans_of_bytes_are_shown_by_the_peaks_of_air_fat_and_soft_tissue(scale, shift):
+    volume = Volume(np.rint(scan(scale, shift)).astype(np.uint8))
+    opacity = first_transfer_function(volume).opacity
+    designed = first_transfer_function(Volume(np.rint(scan()).astype(np.int16), units="HU")).opacity
+    for hu in (-1000.0, -500.0, 0.0, 600.0):
+        # Peaks are found to about two steps.
+        near = designed(np.linspace(hu - 40, hu + 40, 81))
+        assert near.min() <= opacity((hu - shift) * scale) <= near.max()
+
+
+def test_other_volumes_are_shown_by_their_histogram():
+    values = np.linspace(-1024, 3071, 4096).astype(np.int16).reshape(16, 16, 16)
+    hollow = np.linalg.norm(np.indices((32, 32, 32)) - 15.5, axis=0)
+    wall = np.where(np.abs(hollow - 10) < 3, 150.0, 20.0)
+    wall += np.random.default_rng(0).normal(0, 5, wall.shape)
+    # Of another unit, of fractions, of two materials; in HU, without anything that is dense enough.
+    others = (Volume(values, units="K"), Volume(values / 1.5), Volume(wall))
+    for volume in (*others, Volume(values // 30, units="HU")):
+        assert first_transfer_function(volume) == default_transfer_function(volume)

@@ -1,4 +1,4 @@
-"""Min-max cells against a search of the whole volume."""
+"""Rays and the min-max cells that they skip, against a search of the whole volume."""
 
 from concurrent.futures import ThreadPoolExecutor
 from itertools import product
@@ -8,11 +8,9 @@ import pytest
 
 from model.compilation import compiled
 from model.rendering.raycast.cells import FARTHEST, MinMaxCells
-from model.rendering.raycast.rays import camera_array, make_ray
+from model.rendering.raycast.rays import make_ray
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.scene.clip_plane import CUTS_NOTHING
-from model.scene.view import View
-from model.scene.volume import Volume
 
 
 @compiled
@@ -75,13 +73,6 @@ def test_a_ray_that_is_hardly_tilted_against_a_face_is_finite(tilt):
     assert ray.count == (16 if tilt > 0 else 0)
 
 
-@pytest.mark.parametrize("far", [1e7, 1e12])
-def test_it_does_not_matter_where_the_volume_is(volume, far):
-    moved = Volume(volume.scalars, volume.spacing, (far, -far, 3 * far))
-    view = View(35.0, 25.0, 7.0, 0.5)
-    np.testing.assert_array_equal(camera_array(view, moved), camera_array(view, volume))
-
-
 EDGE = 8
 BYTES = (0.0, 1.0)
 """Lowest value and bins per unit of a volume of bytes from 0 to 255."""
@@ -135,10 +126,3 @@ def test_distances_are_to_the_nearest_cell_with_a_bin_that_shows(shape, executor
             np.testing.assert_array_equal(found, apart.min(axis=1))
         else:
             assert (found == FARTHEST).all()
-
-
-def test_far_distances_stay_in_a_byte(executor):
-    scalars = np.zeros((2, 2, 8 * 200), np.uint8)
-    scalars[0, 0, 0] = 255
-    distances = MinMaxCells(scalars, BYTES, executor).distances(only(255))
-    np.testing.assert_array_equal(distances, np.minimum(np.arange(200), FARTHEST))

@@ -1,0 +1,246 @@
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+import torch
+from blobs import blobs
+from lively import SIZE, lively_network
+
+from model import metrics
+from model.generator.generator import Generator
+from model.latent.codes import sample_codes
+from model.latent.embedding import principal_places
+from model.latent.latent_map import LatentMap
+from model.latent.latent_space import LatentSpace
+from model.networks.card import ModelCard
+from model.networks.checkpoint import save_model
+from model.networks.generator_network import decode_unit
+from model.paper.edits import (
+    AMPLITUDE,
+    MOST_OPACITY,
+    PAPER_R,
+    region_edits,
+    suggested_mode,
+    value_edits,
+    with_mode,
+)
+from model.paper.exploration import DETAIL_SHARE, WHOLE_SHARE, detail, overview
+from model.paper.pictures import approach, compared_samples
+from model.paper.subject import Subject
+from model.paper.tables import PAPER_TABLE_1, holdout_errors, table_1
+from model.rendering.raycast.renderer import RaycastRenderer
+from model.samples.sample_store import SampleStore
+from model.samples.sampling import draw_opacity_tfs, draw_sample
+from model.scene.scene import Scene
+from model.scene.tf_perturbation import edit_around, with_opacity
+from model.scene.transfer_function import GaussianMode, OpacityTF
+from model.sensitivity.display import per_small_edit
+from model.sensitivity.what_if import compare
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """An untrained model of the paper's networks."""
+    folder = tmp_path_factory.mktemp("paper") / "model"
+    scene = Scene.of(blobs(), 64, tf_family="paper")
+    save_model(folder, ModelCard(scene, "draft", SIZE), lively_network())
+    return folder
+
+
+@pytest.fixture(scope="module")
+def subject(folder):
+    generator, volume = Generator.load(folder, "cpu"), blobs()
+    renderer = RaycastRenderer(volume, "none", None, generator.scene.sample_distance)
+    subject = Subject(folder, generator, volume, LatentSpace.of_model(folder), renderer)
+    yield subject
+    subject.close()
+
+
+@pytest.fixture(scope="module")
+def inputs(subject):
+    """A sample whose TF leaves values free."""
+    scene = subject.generator.scene
+    samples = (draw_sample(scene, 0, "train", index) for index in range(50))
+    return next(s for s in samples if np.median(s.opacity_tf.sample(scene.scalar_range)) < 0.2)
+
+
+def test_a_mode_is_suggested_where_most_is_promised_and_room_is_left(subject, inputs):
+    scene = subject.generator.scene
+    lo, hi = scene.scalar_range
+    values = np.linspace(lo, hi, 256)
+    bare = replace(inputs, opacity_tf=OpacityTF(scene.scalar_range))
+    responses = np.zeros(256)
+    # A strong place outside the window, one that is opaque already, and a weaker negative one.
+    responses[[0, 120, 160]] = 9.0, 5.0, -2.0
+    opaque = GaussianMode(float(values[120]), 0.02 * (hi - lo), 1.0)
+    taken = replace(inputs, opacity_tf=OpacityTF(scene.scalar_range, (opaque,)))
+    assert suggested_mode(scene, bare, responses).mean == pytest.approx(values[120])
+    found = suggested_mode(scene, taken, responses)
+    assert found.mean == pytest.approx(values[160])
+    assert taken.opacity_tf(found.mean) < MOST_OPACITY
+    again = suggested_mode(scene, bare, responses, GaussianMode(values[120], found.width, 0.1))
+    assert again.mean == pytest.approx(values[160])
+    assert found.amplitude == AMPLITUDE
+
+
+@pytest.mark.parametrize("as_curve", [False, True])
+def test_a_mode_is_added_to_modes_and_to_curves(subject, inputs, as_curve):
+    scene = subject.generator.scene
+    lo, hi = scene.scalar_range
+    tf = OpacityTF(scene.scalar_range, (GaussianMode(lo + 0.3 * (hi - lo), 0.1 * (hi - lo), 0.4),))
+    values = np.linspace(lo, hi, 256)
+    before = tf.sample()
+    if as_curve:
+        points = tuple(zip(values.tolist(), before.tolist(), strict=True))
+        tf = OpacityTF(scene.scalar_range, points=points)
+    mode = GaussianMode(lo + 0.6 * (hi - lo), 0.05 * (hi - lo), 0.3)
+    after = with_mode(replace(inputs, opacity_tf=tf), mode).opacity_tf.sample()
+    bump = 0.3 * np.exp(-(((values - mode.mean) / mode.width) ** 2))
+    np.testing.assert_allclose(after, before + bump, atol=1e-4)
+
+
+def test_each_row_goes_on_from_the_edit_before(subject, inputs):
+    steps = region_edits(subject, inputs)
+    assert [step.region is None for step in steps] == [False, False, True]
+    for before, after in pairwise(steps):
+        assert before.mode is not None and before.region is not None
+        assert after.inputs == with_mode(before.inputs, before.mode)
+        mask = before.region.mask(subject.size)
+        np.testing.assert_allclose(after.drawn, subject.drawn(after.inputs), atol=1e-6)
+        assert before.changes[0] == pytest.approx(compare(before.drawn, after.drawn, mask).rmse)
+        assert before.changes[1] == pytest.approx(compare(before.truth, after.truth, mask).rmse)
+
+
+def test_responses_of_a_region_are_those_of_small_edits(subject, inputs):
+    """Against the network itself, by images of slightly more opacity at one value."""
+    scene = subject.generator.scene
+    opacity = np.clip(inputs.opacity_tf.sample(scene.scalar_range), 0.1, 0.9)
+    # So that there is room for less opacity, too.
+    inputs = with_opacity(inputs, opacity)
+    (step, *_) = region_edits(subject, inputs)
+    assert step.region is not None and step.responses is not None
+    mask = step.region.mask(subject.size)
+    index = 128
+    values = np.linspace(*scene.scalar_range, 256)
+    edit = edit_around(values[index], scene.scalar_range, 6.0)
+    height = 1e-3 * per_small_edit(edit) / 0.01
+    norms = []
+    for sign in (-1, 1):
+        image = subject.drawn(with_opacity(inputs, opacity + sign * height * edit))
+        norms.append(np.linalg.norm(image[mask].astype(np.float64)))
+    slope = (norms[1] - norms[0]) / (2 * 1e-3) * 0.01 / np.sqrt(3 * mask.sum())
+    assert step.responses[index] == pytest.approx(slope, rel=0.1, abs=1e-5)
+
+
+def test_a_value_field_has_the_papers_blocks(subject, inputs):
+    steps = value_edits(subject, inputs)
+    assert [step.field is None for step in steps] == [False, False, True]
+    field = steps[0].field
+    assert field is not None and steps[0].mode is not None
+    assert field.value == steps[0].mode.mean
+    values = np.linspace(*subject.generator.scene.scalar_range, 256)
+    assert values[field.band.argmax()] == pytest.approx(field.value)
+    assert field.band.max() == 1
+    side = subject.size // PAPER_R
+    # The image behind has a finer grain than the blocks; what is opaque has theirs.
+    assert field.blocks.shape == field.pixels.shape == (64, 64, 3)
+    assert 0 < field.scale <= field.whole * 1.0001
+    assert side == 4
+
+
+@pytest.fixture(scope="module")
+def map_(subject):
+    known = draw_opacity_tfs(subject.generator.scene, 0, 0, 300)
+    samples = sample_codes(subject.space.codec, known, 200, 0)
+    return LatentMap(samples, principal_places(samples.codes), is_final=True)
+
+
+def test_two_scales_of_one_map(subject, map_, inputs):
+    whole = overview(subject, map_, inputs)
+    finer = detail(subject, map_, whole)
+    extent = np.ptp(map_.places, axis=0)
+    for one, share in ((whole, WHOLE_SHARE), (finer, DETAIL_SHARE)):
+        left, lower, right, upper = one.brush
+        assert (right - left, upper - lower) == pytest.approx(tuple(share * extent), rel=1e-3)
+        assert left <= one.hovered.place[0] <= right and lower <= one.hovered.place[1] <= upper
+        expected = subject.generator.render_latent(one.hovered.code, one.inputs)[..., :3]
+        np.testing.assert_allclose(one.hovered.image, expected, atol=1e-5)
+        codes = torch.from_numpy(one.hovered.code)[None]
+        expected = decode_unit(subject.generator.network.codec.decode(codes))[0].detach()
+        np.testing.assert_allclose(one.hovered.opacities, expected.numpy(), atol=1e-5)
+        means = map_.cells(one.brush)
+        for row, column in np.argwhere(means.count > 0):
+            picture = subject.generator.render_latent(means.codes[row, column], one.inputs)
+            np.testing.assert_allclose(one.cells[row, column], picture[..., :3], atol=1e-5)
+        assert np.isnan(one.cells[means.count == 0]).all()
+    # From the other side, and nearer.
+    assert finer.inputs.view.azimuth - inputs.view.azimuth == 180
+    assert finer.inputs.view.distance <= inputs.view.distance
+
+
+def test_the_approach_counts_the_networks_that_the_reference_has(subject, inputs):
+    found = approach(subject, inputs)
+    assert [name for name, _ in found.networks] == [
+        "opacity generator", "opacity discriminator",
+        "translation generator", "translation discriminator",
+    ]  # fmt: skip
+    network = subject.generator.network
+    whole = sum(p.numel() for p in network.parameters())
+    assert found.networks[0][1] + found.networks[2][1] == whole
+    for index, sample in enumerate(found.training):
+        expected = draw_sample(subject.generator.scene, subject.seed, "train", index)
+        assert sample.inputs == expected
+        np.testing.assert_array_equal(sample.image, subject.truth(expected))
+
+
+def test_hold_out_errors_are_means_over_samples(subject):
+    pairs = []
+    for index in range(4):
+        inputs = draw_sample(subject.generator.scene, subject.seed, "holdout", index)
+        # True images are stored in bytes.
+        truth = np.rint(np.clip(subject.truth(inputs), 0, 1) * 255) / 255
+        pairs.append((subject.drawn(inputs), truth))
+    found = holdout_errors(subject, 4)
+    assert found["rmse"] == pytest.approx(np.mean([metrics.rmse(*p) for p in pairs]), rel=1e-3)
+    assert found["emd"] == pytest.approx(np.mean([metrics.color_emd(*p) for p in pairs]), rel=1e-2)
+
+
+def test_table_1_has_our_rows_before_the_papers(subject, tmp_path):
+    errors = holdout_errors(subject, 4)
+    table = table_1([subject], [errors], 4, 2)
+    assert len(table.rows) == 1 + len(PAPER_TABLE_1)
+    assert {len(row) for row in table.rows} == {len(table.heading)}
+    ours = dict(zip(table.heading, table.rows[0], strict=True))
+    assert ours["image RMSE"] == f"{errors['rmse']:.3f}"[1:]
+    assert ours["resolution"] == " x ".join(map(str, subject.volume.dimensions))
+    # The paper's jet, as it is printed there.
+    assert table.rows[7][:1] + table.rows[7][5:8] == ("paper: Jet", "4 h", ".086", ".022")
+    path = tmp_path / "s.zarr"
+    store = SampleStore.create(path, subject.generator.scene, 0, {"train": 4, "holdout": 4})
+    store.add_rendering(36.0, 100)
+    timed = table_1([subject], [errors], 4, 2, store)
+    # 200,000 images at .36 s each.
+    assert timed.rows[0][5] == "20.0 h"
+
+
+def test_artifacts_are_the_worst_of_their_kind(subject, monkeypatch):
+    count = 12
+    errors = {
+        "rmse": np.linspace(0.1, 0.2, count),
+        "emd": np.where(np.arange(count) == 3, 0.9, 0.1),
+        "opacity_rmse": np.where(np.arange(count) == 3, 0.9, np.linspace(0.1, 0.5, count)),
+    }
+    monkeypatch.setattr("model.paper.pictures.generator_errors", lambda g, s: errors)
+    monkeypatch.setattr("model.metrics.LEAST_BRIGHTNESS", 0.0)
+    found = compared_samples(subject, count)
+    by = {sample.why: sample.index for sample in found}
+    # The same sample is the worst in both: the second artifact is the next.
+    assert by["colours"] == 3
+    assert by["shape"] == count - 1
+    typical = [sample.index for sample in found if sample.why == "typical"]
+    assert typical == sorted(typical) and set(typical) <= {2, 4, 5, 7}
+    for sample in found:
+        inputs = draw_sample(subject.generator.scene, subject.seed, "holdout", sample.index)
+        assert sample.inputs == inputs
+        np.testing.assert_allclose(sample.truth, subject.truth(inputs), atol=0.003)
