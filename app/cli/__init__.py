@@ -17,7 +17,7 @@ BAD_INPUT = 2
 # Must be set before torch is imported: with the window, VTK and torch in one process,
 # OpenMP's busy-waiting threads would slow each other down by a factor of ten or more.
 os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
-# Beside others that draw, several threads of NumPy's wait for each other: seconds, not 20 ms.
+# While others draw, several threads of NumPy's wait for each other: seconds, not 20 ms.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 

@@ -304,7 +304,7 @@ class FindingsPanel(QFrame):
         self.show_open()
 
     def leaveEvent(self, event: QEvent) -> None:
-        """List what shows by now, once nobody is about to click a row again."""
+        """List what shows by now, once the mouse has left its rows."""
         super().leaveEvent(event)
         if self._holds:
             self._holds = False

@@ -381,7 +381,7 @@ class VisibleLayer:
             upper = round(freest([(left, y) for y in heights], size, taken, cards)[1])
             box = QRect(QPoint(left, upper), size)
             if label.isVisible():
-                covered |= any(box.intersects(card) for card in cards)
+                covered |= any(box.intersects(card) or card.contains(at) for card in cards)
                 taken.append(box)
             corner = area.widget.mapToScene(QPoint(box.center().x(), box.bottom()))
             label.setPos(area.opacity.mapSceneToView(corner))

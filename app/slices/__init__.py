@@ -1,1 +1,1 @@
-"""Three slices of the volume, with a cross-hair, beside the images."""
+"""Three slices of the volume, with a cross-hair, next to the images."""

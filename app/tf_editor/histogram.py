@@ -36,6 +36,7 @@ class Curve(QGraphicsItem):
 
     def __init__(self, pen: QPen | None = None) -> None:
         super().__init__()
+        self.places: NDArray[np.floating] = np.empty(0)
         self.heights: NDArray[np.floating] = np.empty(0)
         self._pen, self._brush = pen or QPen(Qt.PenStyle.NoPen), QBrush()
         self._line, self._area, self._box = QPainterPath(), QPainterPath(), QRectF()
@@ -53,7 +54,7 @@ class Curve(QGraphicsItem):
     def draw(self, places: NDArray[np.floating], heights: NDArray[np.floating]) -> None:
         """Draw another line."""
         self.prepareGeometryChange()
-        self.heights = heights
+        self.places, self.heights = places, heights
         run, rise, highest = np.diff(places), np.diff(heights), np.max(heights, initial=0.0)
         bends = np.abs(run[1:] * rise[:-1] - run[:-1] * rise[1:]) > _STRAIGHT * highest
         kept = np.ones(len(places), bool)

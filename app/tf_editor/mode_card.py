@@ -245,7 +245,11 @@ class ModeCard(QFrame):
             size,
             PIN_GAP if is_pin else GAP,
             area.rect,
-            (kept_clear, [*area.handle_boxes(), *area.label_boxes(), own], self._curve_boxes()),
+            (
+                kept_clear,
+                [*area.handle_boxes(), *area.label_boxes(), own],
+                [*self._curve_boxes(), *area.peak_boxes()],
+            ),
         )
         self.setGeometry(QRect(corner, size))
         self.show()

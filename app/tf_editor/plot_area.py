@@ -188,6 +188,17 @@ class PlotArea(QObject):
             self.widget.mapFromScene(label.sceneBoundingRect()).boundingRect() for label in labels
         ]
 
+    def peak_boxes(self) -> list[QRect]:
+        """Return where drawn curves in sight have half of their height, in pixels of the widget."""
+        boxes = []
+        for curve in self._drawn:
+            heights = abs(curve.heights) if curve.isVisible() else np.empty(0)
+            for index in np.flatnonzero(2 * heights > np.max(heights, initial=0.0)):
+                at = curve.mapToScene(QPointF(curve.places[index], curve.heights[index]))
+                at = self.widget.mapFromScene(at)
+                boxes.append(QRect(at.x() - 2, at.y() - 2, 4, 4))
+        return boxes
+
     def card_boxes(self) -> list[QRect]:
         """Return where flags and cards in sight are, in pixels of the widget."""
         direct = Qt.FindChildOption.FindDirectChildrenOnly

@@ -9,6 +9,7 @@ from PySide6.QtGui import QColor
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QColorDialog, QToolButton
 
+from app.tf_editor.histogram import Curve
 from model.scene.transfer_function import GaussianMode, OpacityTF
 
 SIZES = [(1440, 315), (1164, 315), (1280, 252), (1000, 224), (724, 224)]
@@ -157,3 +158,20 @@ def test_the_colour_of_a_mode_is_chosen_at_its_card_in_one_step(make_editor, sta
     dialog.setCurrentColor(QColor("#ffffff"))
     dialog.accept()
     assert len(state.transfer_function.color.stops) == len(before.color.stops) + 1
+
+
+def test_the_card_leaves_the_peak_of_what_is_visible_clear(make_editor, qtbot):
+    editor = make_editor(1164, 200, 150.0, 0.3)
+    area, curve = editor.area, Curve()
+    area.back.addItem(curve, ignoreBounds=True)
+    before = editor.card.geometry()
+    place = area.opacity.mapSceneToView(area.widget.mapToScene(before.center())).x()
+    values = np.linspace(100.0, 200.0, 201)
+    peak = np.exp(-(((values - area.axis.value(place)) / 2.0) ** 2))
+    area.draw(curve, peak, (100.0, 200.0))
+    editor.card.place()
+    box = editor.card.geometry()
+    assert box != before
+    for each, height in zip(curve.places, curve.heights, strict=True):
+        if height > 0.5:
+            assert not box.contains(area.pixel(area.back, each, height))
