@@ -234,3 +234,6 @@ def test_a_striking_mode_has_its_colour_and_leaves_the_others():
         far = np.array([v for v in np.linspace(100, 200, 41) if abs(v - value) > 6.01])
         np.testing.assert_allclose(found.color(far), TF.color(far), atol=0.02)
     assert add_striking_mode(TF, 152.0, 3.0, 0.3, shown).opacity.modes[:-1] == TF.opacity.modes
+    # What is opaque keeps its colour, but for the share of what is added.
+    change = np.abs(add_striking_mode(TF, 130.0, 3.0, 0.02, shown).color(130.0) - TF.color(130.0))
+    assert change.max() <= 1.01 * 0.02 / (0.02 + 0.5)

@@ -10,7 +10,14 @@ from hypothesis import strategies as st
 from model.errors import TransferFunctionError
 from model.scene.default_tf import default_transfer_function, is_smoke
 from model.scene.scene import default_scalar_window
-from model.scene.tf_presets import COLOR_MAPS, color_tf_of_map, map_colors, presets, reversed_colors
+from model.scene.tf_presets import (
+    COLOR_MAPS,
+    color_tf_of_map,
+    looks_like_hu,
+    map_colors,
+    presets,
+    reversed_colors,
+)
 from model.scene.thinned_volume import ThinnedVolume
 from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF, TransferFunction
 from model.scene.volume import Volume
@@ -195,6 +202,7 @@ def named(values, units=""):
 
 
 def test_those_of_ct_show_what_their_names_say():
+    assert looks_like_hu((-1000.0, 3000.0)) and not looks_like_hu((0.0, 4095.0))
     found = named(ct(np.random.default_rng(0)))
     bone, skin, vessels = (found[name].opacity for name in ("Bone white", "Skin", "Vessels"))
     air, muscle, contrast, dense = -1000.0, 40.0, 300.0, 900.0

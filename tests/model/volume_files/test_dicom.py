@@ -361,13 +361,14 @@ def test_images_beside_one_another_are_two_volumes(tmp_path):
         ((0, 3, 6, 15, 18, 21), {}, 3, "2 slices between slices 2 and 3 (at 6 and 15 mm)"),
         ((0, 1, 2, 3, 8, 13), {}, 1, "The slices are 1 to 5 mm apart"),
         (None, {"SliceThickness": 4}, 4, "no position"),
-        (None, {"each": lambda z: {"SliceLocation": 2.5 * z}}, 2.5, ""),
+        (None, {"each": lambda z: {"SliceLocation": 2.5 * (6 - z)}}, 2.5, ""),
     ],
 )
 def test_places_that_are_odd_are_said(tmp_path, places, tags, spacing, said):
     at = [None] * 6 if places is None else [[0, 0, z] for z in places]
     volume = read_volume(write_dicom(tmp_path / "mr", voxels("int16"), positions=at, **tags))
-    check(volume, voxels("int16"), said, spacing=(0.5, 2, spacing))
+    expected = voxels("int16")[:: -1 if "each" in tags else 1]
+    check(volume, expected, said, spacing=(0.5, 2, spacing))
 
 
 PLACE = {"ImagePositionPatient": [1, 2, 3]}

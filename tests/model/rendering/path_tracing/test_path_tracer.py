@@ -90,13 +90,13 @@ def traced(volume, inputs, size=24, samples=8, **others):
 @pytest.mark.parametrize(
     "asymmetry", [0.0, *(pytest.param(each, marks=pytest.mark.slow) for each in (-0.5, 0.7))]
 )
-@pytest.mark.parametrize("opacity", [0.02, 0.97])
+@pytest.mark.parametrize("opacity", [1e-9, 0.02, 0.97])
 def test_white_under_an_even_sky_is_as_bright_as_the_sky(opacity, asymmetry):
     """The white furnace: with albedo 1 everywhere nothing is to be seen but the sky's light."""
     volume, opacity_tf, color_tf = homogeneous(opacity, (1.0, 1.0, 1.0))
     lamp = replace(SKY, asymmetry=asymmetry)
     image = traced(volume, SceneInputs(VIEW, opacity_tf, color_tf), 12, 2, lamp=lamp)
-    assert image[..., 3].max() > min(5 * opacity, 0.9)
+    assert image[..., 3].max() > min(4 * opacity, 0.9)
     for channel in range(3):
         np.testing.assert_allclose(image[..., channel], image[..., 3], atol=2e-3)
 
