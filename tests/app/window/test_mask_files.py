@@ -89,6 +89,8 @@ def test_a_piece_is_shown_alone_or_cut_away_and_each_is_one_edit(qtbot, window):
     assert shown(window) is not None and not is_left(shown(window))
     undo.undo()
     label = click(qtbot, window, 0.58)
+    # Until then the label is written anew.
+    qtbot.waitUntil(lambda: "%" in label.text.text())
     window.reference.canvas.setFocus()
     for key in (*3 * [Qt.Key.Key_Tab], Qt.Key.Key_Return):
         QTest.keyClick(QApplication.focusWidget(), key)
