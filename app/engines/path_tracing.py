@@ -213,6 +213,11 @@ class PathTracingEngine(RendererEngine):
             raise SupersededError
         return drawn
 
+    def forget(self, channel: str) -> None:
+        """Free what is traced."""
+        super().forget(channel)
+        self._traced.pop(channel, None)
+
     def close(self) -> None:
         """End the tracer and the ray caster, and release the denoiser."""
         super().close()

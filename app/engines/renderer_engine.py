@@ -157,6 +157,10 @@ class RendererEngine(Engine):
         with renderer.asking(watch.go_on):
             return renderer.value_visibility(request.inputs, pixels, weights)
 
+    def forget(self, channel: str) -> None:
+        """Free the finest image."""
+        self._finest.pop(channel, None)
+
     def close(self) -> None:
         """Release the OpenGL context or the threads."""
         self._drawer.renderer.close()

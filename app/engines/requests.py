@@ -299,5 +299,8 @@ class Engine(ABC):
         """Compute how much of each pixel shows some values; offered by the ray caster only."""
         raise NotOfferedError("A generator does not know where scalar values are visible.")
 
+    def forget(self, channel: str) -> None:  # noqa: B027, most keep nothing
+        """Free what is kept of a channel's images, which are out of sight."""
+
     def close(self) -> None:  # noqa: B027, many have nothing to release
         """Release the engine's resources."""

@@ -18,7 +18,15 @@ from app.engines.messages import (
     Result,
     error_sentence,
 )
-from app.engines.requests import Engine, Image, ReferenceSettings, Request, SupersededError, Watch
+from app.engines.requests import (
+    IMAGES_B,
+    Engine,
+    Image,
+    ReferenceSettings,
+    Request,
+    SupersededError,
+    Watch,
+)
 
 THREAD_PREFIX = "tfscope-"
 
@@ -181,7 +189,9 @@ class EngineWorker(QObject):
             elif begun:
                 request, coming = begun.pop(next(iter(begun)))
             else:
+                # Woken: B is out of sight.
                 self._close_unused()
+                self._engines[None].forget(IMAGES_B)
                 continue
             result = next(coming, None)
             if result is not None:

@@ -63,13 +63,13 @@ class EnginePane(QWidget):
         self.engine: EngineName = engine
         self.lit: Lit = "b" if self.name == "B" else engine
         self._newest = -1
-        self._rgba: NDArray[np.float32] | None = None
+        self.rgba: NDArray[np.float32] | None = None
         self.detail = self._who = self._light = self._coming = self._remark = ""
         self._most_samples = self._samples = 0
         self._is_alone = self._is_unusual = False
         self.note = self._note_tip = self.hint = self._tip = ""
         self._speed = ""
-        self._name = title
+        self.title = title
         self._cover = ("", "", "")
         self._said: object = None
         self._said_at = 0.0
@@ -92,6 +92,11 @@ class EnginePane(QWidget):
         ):
             signal.connect(slot)
         self._show_state(client.state)
+
+    def forget(self) -> None:
+        """Free the image, which is out of sight."""
+        self.rgba = self._shown = None
+        self.canvas.show_image(None)
 
     def set_hint(self, text: str) -> None:
         """Say in what the image is outside of what its model knows; empty if it is not."""
@@ -124,12 +129,12 @@ class EnginePane(QWidget):
 
     def set_drawer(self, title: str, who: str, tip: str = "") -> None:
         """Say what the pane's images are and what draws them; the tooltip says more."""
-        self._name, self._who, self._tip = title, who, tip
+        self.title, self._who, self._tip = title, who, tip
         self._show_status()
 
     def set_title(self, title: str) -> None:
         """Say what the pane's images are."""
-        self._name = title
+        self.title = title
         self._show_status()
 
     def name_cover(self, title: str, detail: str = "", tip: str = "") -> None:
@@ -140,7 +145,7 @@ class EnginePane(QWidget):
     @property
     def shows_present(self) -> bool:
         """Whether an image is there that nothing covers, and is not late."""
-        is_there = self._rgba is not None and not self.canvas.message
+        is_there = self.rgba is not None and not self.canvas.message
         return is_there and not self._is_late and not self._cover[0]
 
     @property
@@ -165,7 +170,7 @@ class EnginePane(QWidget):
             return
         if state in WITHOUT_IMAGE:
             self._newest = -1
-            self._rgba = None
+            self.rgba = None
             self.detail = ""
             self._is_finer_next = False
             self.canvas.show_image(None)
@@ -190,7 +195,7 @@ class EnginePane(QWidget):
             self.canvas.show_message(result.error or "", theme.ON_IMAGE.error)
             return
         rgba, by = result.image.rgba, result.image.by or self.client.description
-        self._rgba, self._remark = rgba, result.remark or self.client.remark
+        self.rgba, self._remark = rgba, result.remark or self.client.remark
         self.canvas.show_image(self._picture(rgba))
         height, width, _ = rgba.shape
         # Models draw the whole volume, and a hint says so.
@@ -232,7 +237,7 @@ class EnginePane(QWidget):
         lines = tip.splitlines()
         if not title:
             is_light = self._is_alone and self._light
-            title = f"{self._light[:1].upper()}{self._light[1:]}" if is_light else self._name
+            title = f"{self._light[:1].upper()}{self._light[1:]}" if is_light else self.title
             text, tone = self._status()
             note = self._note_tip if self.note else ""
             lines = [self._tip, self.hint, note, self.detail, self._remark or self.client.remark]
@@ -258,7 +263,7 @@ class EnginePane(QWidget):
         state = self.client.state
         if state is EngineState.FAILED:
             return "failed", "error"
-        if self._rgba is None:
+        if self.rgba is None:
             return "", "dim"
         if self._is_late:
             return DRAWING, "change"
@@ -287,14 +292,14 @@ class EnginePane(QWidget):
         """Part of the pixels that are there, of an image that is not there in full; else None."""
         if self._is_late:
             return LEAST_PROGRESS
-        if self._rgba is None or not self._is_finer_next or self._speed:
+        if self.rgba is None or not self._is_finer_next or self._speed:
             return None
-        shown, whole = self._rgba.shape[1], max(self.canvas.pixels[0], 1)
+        shown, whole = self.rgba.shape[1], max(self.canvas.pixels[0], 1)
         return min(max(shown / whole, LEAST_PROGRESS), MOST_PROGRESS)
 
     def _show_brightness(self) -> None:
-        if self._rgba is not None:
-            self.canvas.replace_image(self._picture(self._rgba))
+        if self.rgba is not None:
+            self.canvas.replace_image(self._picture(self.rgba))
 
     def _picture(self, rgba: NDArray[np.float32]) -> QImage:
         is_clear = self.canvas.background != BLACK
@@ -317,9 +322,8 @@ class OpacityInset(QObject):
         super().__init__(pane)
         self._pane = pane
         self.picture: QImage | None = None  # the painted image; None while it is not shown
-        self._opacity: NDArray[np.float32] | None = None
         self._shown = False
-        pane.imageShown.connect(lambda _inputs, rgba: self._take(rgba))
+        pane.imageShown.connect(lambda *_: self._refresh())
         pane.canvas.add_decoration(self._paint)
 
     @property
@@ -339,15 +343,12 @@ class OpacityInset(QObject):
         self._shown = shown
         self._refresh()
 
-    def _take(self, rgba: NDArray[np.float32]) -> None:
-        self._opacity = rgba[..., 3]
-        self._refresh()
-
     def _refresh(self) -> None:
         before = self.picture
         self.picture = None
-        if self._shown and self._opacity is not None:
-            self.picture = to_qimage(np.repeat(self._opacity[..., None], 4, axis=2))
+        rgba = self._pane.rgba
+        if self._shown and rgba is not None:
+            self.picture = to_qimage(np.repeat(rgba[..., 3:], 4, axis=2))
         if self.picture is not before:
             self._pane.canvas.update()
 

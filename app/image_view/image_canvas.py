@@ -130,6 +130,7 @@ class ImageCanvas(KeyedWidget):
     background = Painted[Background](BLACK)
     cover = Painted[QImage | None](None)  # in the image's place
     wiped = Painted["tuple[ImageCanvas, int] | None"](None)  # whose image is to the right of where
+    gave_focus = False  # whether the last press has brought the focus from the other of A and B
     is_edited = Painted[bool](False)  # whether a frame says that the TF editor edits its TF
     progress = Painted[float | None](None)  # part of the image that is there, 0..1; None for all
     below_message = Painted[QWidget | None](None)  # messages are above it, not in the middle

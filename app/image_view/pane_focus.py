@@ -75,9 +75,13 @@ class PaneFocus(QObject):
         """Note which pane is meant, and pass the event on."""
         kind = event.type()
         by_keys = kind == QEvent.Type.FocusIn and cast(QFocusEvent, event).reason() in BY_KEYS
+        if isinstance(watched, ImageCanvas) and kind == QEvent.Type.MouseButtonPress:
+            watched.gave_focus = False
         if self._tf_input.compares and (kind == QEvent.Type.MouseButtonPress or by_keys):
             pane: PaneName = "B" if watched in self._of_b else "A"
             if watched is self._canvas and not by_keys:
                 pane = self._wipe.pane_at(cast(QMouseEvent, event).position())
+            if isinstance(watched, ImageCanvas):
+                watched.gave_focus = pane != self._tf_input.pane
             self._tf_input.focus(pane)
         return False

@@ -186,7 +186,7 @@ class FieldCover(QObject):
         self._shown_as: Shown | None = None
         self.bar = ColorBar(pane.canvas, asker.asked)
         pane.imageShown.connect(self._take_image)
-        pane.client.stateChanged.connect(self._check_stop)
+        pane.client.stateChanged.connect(self.check_stop)
 
     @property
     def caption(self) -> str:
@@ -245,7 +245,7 @@ class FieldCover(QObject):
         self._images[inputs] = now, image[..., :3]
         self.refresh()
 
-    def _check_stop(self, state: EngineState) -> None:
+    def check_stop(self, state: EngineState | None = None) -> None:
         """Uncover a pane that has lost its image, or whose image is another engine's."""
         if self.pane.canvas.image is None or state is EngineState.LOADING:
             self._images.clear()

@@ -130,8 +130,9 @@ class RegionLayer(QObject):
         elif not self._moved:
             place = self._canvas.place_of(position)
             self._place_before = self._state.place
-            self._clicked()
-            self._state.pick(place if self._canvas.has_place(place) else None)
+            if not self._canvas.gave_focus:
+                self._clicked()
+                self._state.pick(place if self._canvas.has_place(place) else None)
         self._pressed, self._grip, self._lasso = None, None, []
         self._canvas.update()
         return handled

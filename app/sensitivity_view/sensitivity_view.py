@@ -138,7 +138,7 @@ class SensitivityView(QObject):
         self._asked.finished.connect(self._refresh)
         self._asker.answered.connect(self._refresh_soon)
         state.inputsChanged.connect(self._follow_inputs)
-        state.tf_input.paneChanged.connect(partial(self._refresh, "field"))
+        state.tf_input.paneChanged.connect(self._follow_pane)
         state.inputsChangeFinished.connect(partial(self._refresh, "rest"))
         for changed in (area.axisChanged, area.heightChanged):
             changed.connect(partial(self._refresh, "axis"))
@@ -165,6 +165,15 @@ class SensitivityView(QObject):
         self.what_if.forget()
         self.what_if.end()
         self._refresh_soon("inputs")
+
+    def _follow_pane(self) -> None:
+        """Name the values at the place in the pane with the focus, and show its field."""
+        edited = self._panes[1] if self._edited.isHidden() else self._edited
+        if any(label.is_here for label in self.labels[1:]):
+            self._name_values_at(self._panes.index(edited))
+        if not self._state.tf_input.compares:
+            self.exact_b.check_stop()
+        self._refresh("field")
 
     def _take_hint(self, hint: str) -> None:
         for cover in self.covers:

@@ -224,8 +224,13 @@ class Workspace(QObject):
         self._preferences.note_opened(opened.fingerprint, opened.path)
         self._note_model()
         # After the engines: it requests the images, which they then take up.
-        others = vars(memory) | {"mask": opened.mask}
-        self._state.start_volume(opened.default, memory.tf, others, volume.file)
+        others, tf = vars(memory) | {"mask": opened.mask}, memory.tf
+        tf_input, series = self._state.tf_input, before and before.volume.series
+        if tf_input.compares and series == volume.series and memory.tf_b is None:
+            # B goes along to the next time step.
+            look = {"compares": True, "look_b": tf_input.look}
+            others, tf = others | {"tf_b": tf_input.of("B")} | look, tf or tf_input.of("A")
+        self._state.start_volume(opened.default, tf, others, volume.file)
         if wanted.memory is not None:
             self._keep_edits()
         if wanted.memory is not None or (memory.mask and opened.mask is None):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Literal
 
@@ -32,7 +32,7 @@ from model.scene.inputs import SceneInputs
 from model.scene.transfer_function import TransferFunction
 from model.scene.view import Projection, View
 from model.scene.volume import Triple
-from model.sensitivity.display import LEAST_DIFFERENCE, Measure, color_bar, overlay, scale_of
+from model.sensitivity.display import LEAST_DIFFERENCE, Shown, color_bar, overlay, scale_of
 
 TEXT_SIZE = 1 / 42  # height of the text relative to the shorter side of the image
 LEAST_TEXT = 10  # least height of the text in pixels
@@ -41,6 +41,14 @@ LEAST_LINES = 12  # lines of text that must fit into an image for anything to be
 LIGHT, DARK = QColor(255, 255, 255), QColor(0, 0, 0)
 
 HALO_OPACITY = 200  # opacity of the halo around lines and text, of 255
+
+
+Legend = Mapping[str, TransferFunction]  # over one range, by the names of A and B if there are two
+
+
+def legend_of(a: TransferFunction, b: TransferFunction | None = None) -> Legend:
+    """Return the legend of one or two TFs; two that are alike are one."""
+    return {"": a} if b is None or b == a else {"A": a, "B": b}
 
 
 SHADES = 256  # of a bar of colours
@@ -142,9 +150,12 @@ class Marks:
         self._write(bar.left(), bar.bottom() + 1.2 * text, first)
         self._write_before(bar.right(), bar.bottom() + 1.2 * text, last)
 
-    def legend(self, tf: TransferFunction, units: str) -> None:
-        """Paint colour bar and opacity curve, with its largest value, at the lower right."""
-        text, rect = self._text, self._rect
+    def legend(self, tfs: Legend, units: str) -> None:
+        """Paint TFs at the lower right, next to one axis of values.
+
+        Each has its colours, the curve of its opacities with the largest one, and its name.
+        """
+        text, rect, tf = self._text, self._rect, next(iter(tfs.values()))
         length = MOST_HEIGHT * rect.height()
         marks = ticks(tf.scalar_range, max(min(int(length / (2.2 * text)), 6), 1), tf.scale)
         widest = max((self._width_of(label) for _, label in marks), default=0.0)
@@ -152,7 +163,13 @@ class Marks:
         strip, curve = 0.9 * text, 2.2 * text
         left = rect.right() - margin - widest - 2 * gap - strip
         bar = QRectF(left, rect.bottom() - margin - text / 2 - length, strip, length)
-        self._paint_colors(bar, QRectF(left - 0.9 * gap - curve, bar.top(), curve, length), tf)
+        peaks: list[str] = []
+        for number, (name, each) in enumerate(reversed(list(tfs.items()))):
+            own = bar.translated(-number * (strip + curve + 2.5 * gap), 0)
+            profile = QRectF(own.left() - 0.9 * gap - curve, own.top(), curve, length)
+            self._paint_colors(own, profile, each)
+            self._write(own.center().x() - self._width_of(name) / 2, own.top() - 0.4 * text, name)
+            peaks.insert(0, f"{name} {each.opacity.sample(count=SAMPLES).max():.2g}".strip())
         for place, label in marks:
             y = bar.bottom() - place * length
             tick = QPainterPath(QPointF(bar.right(), y))
@@ -161,9 +178,9 @@ class Marks:
             baseline = y + (self._metrics.ascent() - self._metrics.descent()) / 2
             self._write(bar.right() + 2 * gap, baseline, label)
         title = self._elided(f"Value ({units})" if units else "Value", 0.45 * rect.width())
-        self._write_before(rect.right() - margin, bar.top() - 1.2 * text, title)
-        peak = float(tf.opacity.sample(count=SAMPLES).max())
-        reach = f"largest opacity {peak:.2g}"
+        above = (1.2 if len(tfs) == 1 else 1.8) * text
+        self._write_before(rect.right() - margin, bar.top() - above, title)
+        reach = f"largest opacity {', '.join(peaks)}"
         self._write_before(bar.right(), bar.bottom() + 1.3 * text, reach)
 
     def _paint_colors(self, bar: QRectF, profile: QRectF, tf: TransferFunction) -> None:
@@ -229,8 +246,7 @@ CONTENTS: dict[Which, tuple[str, tuple[str, ...]]] = {
 }
 """What a figure may show, in words, and its images and difference, from left to right."""
 
-TITLES = {"generator": "Generator", "reference": "Ground truth"}
-TITLES_AB = {"reference": "A", "b": "B", "difference": "B − A"}
+TITLES = {"generator": "Generator", "reference": "Ground truth", "b": "B"}
 
 GAP = 1 / 100  # distance of two images, relative to the figure's width
 
@@ -266,14 +282,13 @@ class FigureChoice:
 
 @dataclass(frozen=True)
 class Subject:
-    """Unit of a volume's scalars, empty if unknown, scale for its scale bar, and what the
-    generator's pane shows.
-    """
+    """Unit of a volume's scalars, empty if unknown, and scale for its scale bar."""
 
     units: str = ""
     scale: Scale | None = None
-    title: str = TITLES["generator"]
     line: tuple[Triple, ...] = ()  # one or two points that are measured, in fractions
+    titles: Mapping[str, str] = field(default_factory=lambda: TITLES)  # of images, by name
+    tf_b: TransferFunction | None = None  # of B
 
 
 def panels(choice: FigureChoice) -> list[QRect]:
@@ -290,12 +305,20 @@ def figure(
     images: Mapping[str, tuple[Rgba, float]],
     inputs: SceneInputs,
     subject: Subject,
-    tf_b: TransferFunction | None = None,
+    compared: Comparison | None = None,
 ) -> QImage:
-    """Return a figure of images and brightness by name; raise RenderError for lack of memory."""
-    names = choice.names
-    compared = Comparison.of(images) if "difference" in names else None
-    titles = TITLES_AB if "b" in names else TITLES | {"generator": subject.title}
+    """Return a figure of images and brightness by name; raise RenderError for lack of memory.
+
+    A difference is that of the images, or one that is known by now.
+    """
+    names, titles, tfs = choice.names, dict(subject.titles), [inputs.transfer_function]
+    if "difference" in names:
+        compared = compared or Comparison.of(images)
+        titles["difference"] = compared.name
+    if "b" in names:
+        # Of a single image, its own.
+        tfs = [*tfs, subject.tf_b or tfs[0]][-len(names) :]
+    last = [name for name in names if name != "difference"][-1:]
     # The difference is opaque, on black.
     grounds = [BLACK if name == "difference" else choice.background for name in names]
     shown = [
@@ -322,9 +345,8 @@ def figure(
             marks.caption(titles[name])
         if name == "difference" and compared is not None:
             marks.difference_bar(compared)
-        elif choice.legend and (name == names[-1] or "b" in names):
-            tf = (tf_b if name == "b" else None) or inputs.transfer_function
-            marks.legend(tf, subject.units)
+        elif choice.legend and name in last:
+            marks.legend(legend_of(*tfs), subject.units)
         if choice.scale_bar and name == names[0] and subject.scale is not None:
             marks.scale_bar(subject.scale.bar(inputs.view, inputs.part))
         marks.line(subject, inputs.view)
@@ -347,33 +369,45 @@ LUMINANCE = np.array([0.2126, 0.7152, 0.0722])  # of red, green and blue
 class Comparison:
     """Comparison of two images (H, W, 3): of a generator's and the truth, or, signed, of B and A.
 
+    By FLIP, the difference is the error that the eye sees between them, and takes a second.
+
     The truth is mostly finer than the generator's: what it shows in the middle of a pixel of the
     generator's is compared. Means would count what any image of so few pixels lacks.
     """
 
     drawn: Image
     truth: Image
-    is_signed: bool = False
+    is_of_b: bool = False
+    by_flip: bool = False
 
     @classmethod
-    def of(cls, images: Mapping[str, tuple[Rgba, float]]) -> Comparison:
+    def of(cls, images: Mapping[str, tuple[Rgba, float]], by_flip: bool = False) -> Comparison:
         """Compare images of a figure by their names, in colours of 0..1 or 0..255."""
         name = "b" if "b" in images else "generator"
         drawn, truth = (_colors(images[each][0]) for each in (name, "reference"))
-        return cls(drawn, truth, is_signed=name == "b")
+        return cls(drawn, truth, name == "b", by_flip)
 
     @property
-    def measure(self) -> Measure:
+    def measure(self) -> Shown:
         """Measure of the colours of the difference."""
-        return "signed" if self.is_signed else "change"
+        return "flip" if self.by_flip else "signed" if self.is_of_b else "change"
+
+    @property
+    def name(self) -> str:
+        """Short name of the difference, for a caption."""
+        return "FLIP" if self.by_flip else "B − A" if self.is_of_b else "Difference"
+
+    @cached_property
+    def _pair(self) -> tuple[Image, Image]:
+        """The drawn image, and the other one at its pixels."""
+        one, other = (np.clip(np.nan_to_num(image), 0, 1) for image in (self.drawn, self.truth))
+        return one, np.clip(at_size_of(one, other, sampled=True), 0, 1)
 
     @cached_property
     def apart(self) -> NDArray[np.float64]:
         """Differences of the colours of each of the drawn image's pixels, (H, W, 3)."""
-        # Not by model.metrics: it imports torch and more, without which the window starts.
-        one, other = (np.clip(np.nan_to_num(image), 0, 1) for image in (self.drawn, self.truth))
-        sampled = np.clip(at_size_of(one, other, sampled=True), 0, 1)
-        return one.astype(np.float64) - sampled
+        one, other = self._pair
+        return one.astype(np.float64) - other
 
     @property
     def error(self) -> float:
@@ -382,8 +416,13 @@ class Comparison:
 
     @cached_property
     def difference(self) -> NDArray[np.float64]:
-        """Difference of each pixel (H, W): of luminance if signed, else the RMS of its colours."""
-        if self.is_signed:
+        """Difference of each pixel (H, W): of luminance of B and A, else the RMS of its colours."""
+        if self.by_flip:
+            # It imports what the window starts without.
+            from model.metrics import flip_map
+
+            return flip_map(*self._pair).astype(np.float64)
+        if self.is_of_b:
             return self.apart @ LUMINANCE
         return np.sqrt(np.mean(self.apart**2, axis=-1))
 
@@ -392,7 +431,7 @@ class Comparison:
         """Difference of the last colour."""
         return scale_of(self.difference, LEAST_DIFFERENCE)
 
-    @property
+    @cached_property
     def colored(self) -> NDArray[np.float64]:
         """The drawn image with the difference over it, (H, W, 3)."""
         return overlay(np.clip(self.drawn, 0, 1), self.difference, self.scale, self.measure)
@@ -401,13 +440,16 @@ class Comparison:
     def ends(self) -> tuple[str, str]:
         """Differences of the first and the last colour."""
         last = f"{self.scale:.2g}"
-        return (f"−{last}", f"+{last}") if self.is_signed else ("0", last)
+        return (f"−{last}", f"+{last}") if self.measure == "signed" else ("0", last)
 
     @property
     def title(self) -> str:
         """Meaning of the colours."""
         height, width = self.difference.shape
-        what = "luminance of B − A" if self.is_signed else "difference from the ground truth"
+        what = "luminance of B − A" if self.is_of_b else "difference from the ground truth"
+        if self.by_flip:
+            of = "between A and B" if self.is_of_b else "against the ground truth"
+            what = f"FLIP error {of}, mean {self.difference.mean():.2g},".replace(" 0.", " .")
         return f"{what} at {width} × {height} pixels"
 
 

@@ -9,6 +9,7 @@ from functools import partial
 from pathlib import Path
 from queue import SimpleQueue
 from time import monotonic
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,10 +27,11 @@ from app.state.settings import FigureSettings
 from app.window.context import Context, ask_for_place, proposed_name
 from app.window.figure import (
     GAP,
-    TITLES,
+    Comparison,
     FigureChoice,
     Rgba,
     Size,
+    Subject,
     Which,
     figure,
     panels,
@@ -43,7 +45,6 @@ from model.rendering.raster import Raster
 from model.rendering.scale_bar import DEPTH_TEXT
 from model.scene.inputs import SceneInputs
 from model.scene.orientation import turntable
-from model.scene.transfer_function import TransferFunction
 
 KEY = "figures"  # of notices about figures
 
@@ -69,8 +70,9 @@ class _Job:
     choice: FigureChoice
     place: Path | None
     frames: list[SceneInputs]
-    tf_b: TransferFunction | None = None
-    settings_b: ReferenceSettings | None = None  # that B is drawn with, where not with those of A
+    subject: Subject
+    settings_b: ReferenceSettings | None  # that B is drawn with, where not with those of A
+    by_flip: bool = False
     images: dict[str, tuple[Rgba, float]] = field(default_factory=dict)
     error: float | None = None  # estimated error of the reference's image; None without an estimate
     drawn: int = 0
@@ -127,6 +129,7 @@ class FigureSaving(QObject):
         self._at_work = AtWork(self._channels.values(), self)
         self._at_work.changed.connect(self._show_part)
         self._writing = LatestCall("movie", self, self._movie_written, self._fail)
+        self._comparing = LatestCall("comparison", self, self._take_compared, self._fail)
         self._previews = Channels(clients, "figure preview", self._take_preview, self)
         self._preview: tuple[FigureDialog, _Job] | None = None
         for name, pane in self._panes.items():
@@ -150,10 +153,8 @@ class FigureSaving(QObject):
             self._context.fail(f"{self.unfinished}. Wait for it, or cancel it.", KEY)
             return
         dialog = FigureDialog(sizes, self.first_choice(), self._context.window)
-        box, title = dialog.which_box, self._overlays.subject.title
-        box.setItemText(box.findData("generator"), title)
-        if "b" in sizes:
-            box.setItemText(box.findData("reference"), "A")
+        for name, pane in self._panes.items():
+            dialog.which_box.setItemText(dialog.which_box.findData(name), pane.title)
         dialog.preview = partial(self._ask_for_preview, dialog)
         dialog.preview(dialog.choice())
         accepted = dialog.exec() == QDialog.DialogCode.Accepted
@@ -224,7 +225,7 @@ class FigureSaving(QObject):
                 state.view, choice.frame_count, state.up_axis, state.proportions, pivot
             )
             frames = [replace(inputs, view=view) for view in views]
-        job = self._job = _Job(choice, place, frames, *self._of_b())
+        job = self._job = self._new_job(choice, place, frames)
         if choice.which == "difference":
             # Of both images as they are shown: the numbers are the screen's.
             if not self._compared():
@@ -248,14 +249,17 @@ class FigureSaving(QObject):
         self._end()
 
     def join(self) -> None:
-        """Wait until the thread that writes movies has ended."""
+        """Wait until the threads that write movies and compare images have ended."""
         self._writing.join()
+        self._comparing.join()
 
-    def _of_b(self) -> tuple[TransferFunction | None, ReferenceSettings | None]:
-        """Return TF and settings of B; None where they are those of A."""
-        work = self._context.workspace.reference
-        settings = None if work.settings_b == work.settings else work.settings_b
-        return self._context.state.tf_input.of("B"), settings
+    def _new_job(self, choice: FigureChoice, place: Path | None, frames: list[SceneInputs]) -> _Job:
+        work, tf_b = self._context.workspace.reference, self._context.state.tf_input.of("B")
+        settings_b = None if work.settings_b == work.settings else work.settings_b
+        titles = {name: pane.title for name, pane in self._panes.items()}
+        subject = replace(self._overlays.subject, titles=titles, tf_b=tf_b)
+        by_flip = "difference" in choice.names and self._error.choice == "flip"
+        return _Job(choice, place, frames, subject, settings_b, by_flip)
 
     def _which(self) -> Which:
         if self._context.state.tf_input.compares:
@@ -289,9 +293,19 @@ class FigureSaving(QObject):
 
     def _compose(self, job: _Job) -> None:
         """Make a frame of its images, and draw the next one, or deliver all."""
+        if job.by_flip:
+            compared = Comparison.of(job.images, by_flip=True)
+            self._comparing.ask(lambda: (job, compared, compared.colored))
+        else:
+            self._take_compared((job, None, None))
+
+    def _take_compared(self, found: tuple[_Job, Comparison | None, Any]) -> None:
+        job, compared, _ = found
+        if job is not self._job:
+            return
         choice, inputs = job.choice, job.frames[job.drawn]
         try:
-            image = figure(choice, job.images, inputs, self._overlays.subject, job.tf_b)
+            image = figure(choice, job.images, inputs, job.subject, compared)
         except RenderError as error:
             self._fail(str(error))
             return
@@ -397,7 +411,7 @@ class FigureSaving(QObject):
         width, height = (max(round(scale * side), 1) for side in (choice.width, choice.height))
         small = replace(choice, width=width, height=height)
         state = self._context.state
-        job = _Job(small, None, [state.inputs_of("A")], *self._of_b())
+        job = self._new_job(small, None, [state.inputs_of("A")])
         before, self._preview = self._preview, (dialog, job)
         if choice.which == "difference":
             job.images = self._compared()
@@ -418,8 +432,11 @@ class FigureSaving(QObject):
         if self._preview is None or len(self._preview[1].images) < len(self._preview[1].names):
             return
         dialog, job = self._preview
-        subject = self._overlays.subject
-        image = figure(job.choice, job.images, job.frames[0], subject, job.tf_b)
+        compared = None
+        if job.by_flip:
+            # It is small.
+            compared = Comparison.of(job.images, by_flip=True)
+        image = figure(job.choice, job.images, job.frames[0], job.subject, compared)
         keep, how = Qt.AspectRatioMode.KeepAspectRatio, Qt.TransformationMode.SmoothTransformation
         dialog.show_preview(image.scaled(PREVIEW, PREVIEW, keep, how))
 
@@ -437,8 +454,9 @@ def _ask(channels: Channels[str], job: _Job, samples: int, enlarged: int = 1) ->
         each = 1 if name == "generator" else max(samples, 1)
         quality = Quality(raster.shorter, raster=raster, samples=each)
         inputs, settings = job.frames[job.drawn], None
-        if name == "b" and job.tf_b is not None:
-            inputs = replace(inputs, opacity_tf=job.tf_b.opacity, color_tf=job.tf_b.color)
+        tf_b = job.subject.tf_b
+        if name == "b" and tf_b is not None:
+            inputs = replace(inputs, opacity_tf=tf_b.opacity, color_tf=tf_b.color)
             settings = job.settings_b
         channels[name].ask(PictureRequest(inputs, quality, settings=settings))
 

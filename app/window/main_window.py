@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 
 from PySide6.QtCore import QEvent, Qt, SignalInstance
@@ -166,6 +165,7 @@ class MainWindow(WindowParts):
         self.hide()
         self.workspace.join()
         self.saving.join()
+        self.image_error.join()
         self.files.join()
         self.sessions.join()
         self.preferences.finish()
@@ -248,6 +248,9 @@ class MainWindow(WindowParts):
             # The map of TFs is in its place.
             self.latent_state.choose(shown=False)
         self.panes.show_b(tf_input.compares)
+        if not tf_input.compares:
+            self.pane_b.forget()
+            self.image_error.forget(self.pane_b)
         self._show_focus()
         self.image_error.compare()
         self.menus.refresh()
@@ -287,10 +290,9 @@ class MainWindow(WindowParts):
         # Until it draws something else, one image is enough.
         self.panes.set_model(model.is_open and not model.awaits_path)
         self.generator.set_drawer(model.title, model.who, model.errors)
-        self.overlays.subject = replace(self.overlays.subject, title=model.title)
         self.brightness.set_lighting("learned", self.workspace.model.lighting)
         self.browser.bar.set_model(self.workspace.latent.model is not None)
-        self.image_error.forget()
+        self.image_error.forget(self.generator)
 
     def _note_reading(self, name: str) -> None:
         self.files.note_reading(name)
@@ -313,8 +315,7 @@ class MainWindow(WindowParts):
         self.top_bar.volume.set_title(volume.name)
         self.top_bar.volume.set_detail(shape)
         self.browser.set_units(volume.units)
-        scale, title = Scale.of(volume, opened.shown), self.workspace.model.title
-        self.overlays.start_volume(Subject(volume.units, scale, title))
+        self.overlays.start_volume(Subject(volume.units, Scale.of(volume, opened.shown)))
         self.tools.setEnabled(True)
         self.status.start_volume()
         self.crop_card.set_volume(volume.dimensions)

@@ -17,7 +17,7 @@ from app.glosses import open_glossary
 from app.icons import IconButton
 from app.image_view.reference_controls import DRAWINGS
 from app.state.library import KnownModel
-from app.state.settings import RecentKind
+from app.state.settings import DifferenceChoice, RecentKind
 from app.window.context import VOLUME_FILTER, menu_names
 from app.window.files import TF_FILTER
 from app.window.help_pages import show_about, show_gestures
@@ -44,6 +44,11 @@ OVERLAYS: tuple[tuple[Overlay, str, str], ...] = (
     ("opacity_images", "Opac&ity images", "Shift+O"),
 )
 
+DIFFERENCES: dict[DifferenceChoice, str] = {
+    "colors": "Of the colours",
+    "flip": "FLIP: as the eye sees it",
+}
+
 B_OPENED = "The TF editor edits B now, a click edits the other image, A. C closes B."
 
 Slot = Callable[[], object]
@@ -69,6 +74,7 @@ class Menus:
         for caption in (window.pane_b.caption, window.editor.pane_button):
             caption.set_menu(self._of_b)
         menu = self._add_alone(window.generator.caption, "generator")
+        self._add_differences(menu)
         add_action(menu, "What is the error (RMSE)?", lambda: open_glossary(window, "RMSE"))
         self._add_alone(window.reference.caption, "reference")
         apply_single_keys(window, window.preferences.settings.single_keys)
@@ -152,9 +158,7 @@ class Menus:
             if wanted and has_only_b() and not tf_input.compares:
                 self._toggle_b()
             wanted = wanted and (tf_input.compares or self._two_follow())
-            if wanted and tf_input.compares:
-                panes.show_b(True, wipes=False)
-            elif wanted and len(panes.images) < 2:
+            if wanted and not tf_input.compares and len(panes.images) < 2:
                 panes.show_images("both")
             difference.setChecked(wanted)
             error.set_wanted(wanted)
@@ -359,9 +363,15 @@ class Menus:
             menu, "&Wipe: both in one image", self._toggle_wipe, "Ctrl+Shift+W",
             is_on=lambda: panes.wipes,
         )  # fmt: skip
+        self._add_differences(menu)
         menu.addSeparator()
         self._add(menu, "C&lose B", partial(tf_input.compare, False))
         return menu
+
+    def _add_differences(self, menu: QMenu) -> None:
+        error = self._window.image_error
+        entries, choice = menu.addMenu("&Difference"), lambda: error.choice
+        self._add_choices(entries, DIFFERENCES, choice, error.choose)
 
     def _choose_renderer_of_b(self, name: Drawing | None) -> None:
         self._window.state.tf_input.focus("B")
@@ -377,12 +387,8 @@ class Menus:
             window.status.say(B_OPENED)
 
     def _toggle_wipe(self) -> None:
-        window, wipes = self._window, not self._window.panes.wipes
-        if window.state.tf_input.compares:
-            if wipes and window.image_error.is_wanted:
-                # In one image there is no place for it.
-                window.top_bar.difference.click()
-            window.panes.show_b(True, wipes)
+        if self._window.state.tf_input.compares:
+            self._window.panes.show_b(True, not self._window.panes.wipes)
 
     def _face_clip(self) -> None:
         """Cut by a plane that faces the viewer, and show how to move it."""

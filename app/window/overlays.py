@@ -4,24 +4,29 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import partial
-from typing import Literal
+from typing import Literal, get_args
 
+import numpy as np
+from numpy.typing import NDArray
 from PySide6.QtCore import QObject, QRect
 from PySide6.QtGui import QImage, QPainter
 
+from app.engines.background import LatestCall
 from app.glosses import SENTENCES
 from app.image_view.engine_pane import EnginePane, OpacityInset
 from app.image_view.image_canvas import ImageCanvas, to_qimage
 from app.image_view.orientation_cube import OrientationCube
 from app.image_view.picture import BLACK, WHITE, Background
 from app.sensitivity_view.field_cover import paint_bar
-from app.state.settings import BackgroundChoice
+from app.state.edited_tf import PaneName
+from app.state.settings import BackgroundChoice, DifferenceChoice
 from app.window.context import Context
 from app.window.figure import (
     Comparison,
     Image,
     Marks,
     Subject,
+    legend_of,
 )
 from model.scene.inputs import SceneInputs
 from model.scene.transfer_function import OpacityTF, TransferFunction
@@ -111,11 +116,11 @@ class Overlays(QObject):
         marks = Marks.over(painter, pane.canvas.picture_rect, self.background)
         if marks is None:
             return
-        compares = state.tf_input.compares
-        if self.has("legend") and (compares or pane.canvas is self._right):
-            # In one image that shows both, it is of the edited one.
-            own = state.tf_input.of(pane.name) if compares and not pane.canvas.wiped else None
-            marks.legend(own or self.legend_tf, subject.units)
+        if self.has("legend") and pane.canvas is self._right:
+            legend = legend_of(self.legend_tf)
+            if state.tf_input.compares:
+                legend = legend_of(*filter(None, map(state.tf_input.of, get_args(PaneName))))
+            marks.legend(legend, subject.units)
         if self.has("scale_bar") and subject.scale is not None:
             marks.scale_bar(subject.scale.bar(state.view, state.inputs.part))
         marks.line(subject, state.view)
@@ -135,7 +140,7 @@ class ImageError(QObject):
     """Compares two images at rest, and says in a caption how far they are apart.
 
     They are the generator's and the ground truth, or B and A. Where it is wanted, the difference of
-    each pixel is shown over the generator's image, or over B.
+    each pixel is shown over the generator's image, or over B; FLIP is computed in a thread.
 
     Where the generator was trained under another light, or only a part of the volume is shown, or
     in an orthographic view, which models are not trained for, there is nothing to compare.
@@ -145,13 +150,14 @@ class ImageError(QObject):
         super().__init__(context.window)
         self._generator, self._reference, self._pane_b = context.panes
         self._state, self._workspace = context.state, context.workspace
+        self._context, self._preferences = context, context.preferences
+        self._coloring = LatestCall("difference", self, self._take_colored, self._refuse)
         self._shown: dict[EnginePane, tuple[SceneInputs, Image]] = {}
         self.is_wanted = False  # whether the difference is shown where there is one
         self._difference: QImage | None = None
         self._compared: Comparison | None = None
         for pane in context.panes:
             pane.imageShown.connect(partial(self._take, pane))
-        for pane in (self._generator, self._pane_b):
             pane.canvas.add_decoration(partial(self._paint, pane))
         self._state.inputsChanged.connect(self._follow_inputs)
 
@@ -173,7 +179,17 @@ class ImageError(QObject):
         is_unknown = not inputs.part.is_whole or inputs.mask or inputs.view.is_orthographic
         if not is_b and (not alike or is_unknown):
             return None
-        return Comparison(drawn, truth, is_signed=is_b)
+        return Comparison(drawn, truth, is_b, self.choice == "flip")
+
+    @property
+    def choice(self) -> DifferenceChoice:
+        """How the difference is measured."""
+        return self._preferences.settings.difference
+
+    def choose(self, choice: DifferenceChoice) -> None:
+        """Measure the difference otherwise."""
+        self._preferences.set(difference=choice)
+        self.compare()
 
     def _take(self, pane: EnginePane, inputs: SceneInputs, image: Image) -> None:
         self._shown[pane] = inputs, image[..., :3]
@@ -189,7 +205,7 @@ class ImageError(QObject):
         error = compared.error
         lighting = self._workspace.reference.settings.lighting
         said, tip, is_unusual = f"error {error:.3f}".replace(" 0.", " ."), TIP, False
-        if compared.is_signed:
+        if compared.is_of_b:
             said = said.replace("error", "differs from A by") if error else "same as A"
             tip = TIP_B
         elif lighting == "path" and not error:
@@ -199,9 +215,28 @@ class ImageError(QObject):
             tip, is_unusual = f"{TIP} {UNUSUAL}", True
         self.pane.set_note(said, tip, is_unusual)
         self._compared, self._difference = compared, None
-        if self.is_wanted:
-            self._difference = to_qimage(compared.colored)
-        self.pane.canvas.update()
+        if self.is_wanted and compared.by_flip:
+            self._coloring.ask(lambda: (compared, compared.colored))
+        elif self.is_wanted:
+            self._take_colored((compared, compared.colored))
+        self._update()
+
+    def _take_colored(self, found: tuple[Comparison, NDArray[np.float64]]) -> None:
+        if found[0] is self._compared:
+            self._difference = to_qimage(found[1])
+            self._update()
+
+    def _refuse(self, text: str) -> None:
+        self._context.fail(text, "difference")
+        self.choose("colors")
+
+    def _update(self) -> None:
+        for pane in self._context.panes:
+            pane.canvas.update()
+
+    def join(self) -> None:
+        """Wait until the thread that computes a difference has ended."""
+        self._coloring.join()
 
     def set_wanted(self, wanted: bool) -> None:
         """Show the difference over the image that is compared, or no longer."""
@@ -209,14 +244,19 @@ class ImageError(QObject):
         self.compare()
 
     def _paint(self, pane: EnginePane, painter: QPainter, rect: QRect) -> None:
-        canvas, compared = pane.canvas, self._compared
-        if self._difference is None or compared is None or pane is not self.pane:
+        canvas, compared, wiped = pane.canvas, self._compared, self._reference.canvas.wiped
+        over = self.pane if wiped is None else self._reference
+        if self._difference is None or compared is None or pane is not over:
             return
         if canvas.cover is not None:
             return
         whole, text = canvas.picture_rect, f"{' to '.join(compared.ends)}: {compared.title}"
-        place = whole if compared.is_signed else rect
+        place = whole if compared.is_of_b else rect
+        if wiped is not None:
+            # On B's side of the line.
+            painter.setClipRect(canvas.rect().adjusted(wiped[1] + 1, 0, 0, 0))
         painter.drawImage(place, self._difference)
+        painter.setClipping(False)
         paint_bar(painter, place, whole.right(), compared.measure, text)
 
     def _follow_inputs(self) -> None:
@@ -227,13 +267,12 @@ class ImageError(QObject):
     def _clear(self) -> None:
         if self._difference is None and not (self._generator.note or self._pane_b.note):
             return
-        self._difference = None
+        self._difference = self._compared = None
         for pane in (self._generator, self._pane_b):
             pane.set_note("")
-            pane.canvas.update()
+        self._update()
 
-    def forget(self) -> None:
-        """Compare nothing until the generator has drawn anew, or B is seen again."""
-        for pane in (self._generator, self._pane_b):
-            self._shown.pop(pane, None)
+    def forget(self, pane: EnginePane) -> None:
+        """Compare nothing with a pane's image until it has drawn anew."""
+        self._shown.pop(pane, None)
         self._clear()

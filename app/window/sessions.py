@@ -90,20 +90,28 @@ class Sessions(QObject):
         context, opened = self._context, self._workspace.opened
         if opened is None:
             return None
-        inputs = context.state.inputs
+        inputs, work, tf_input = (
+            context.state.inputs,
+            self._workspace.reference,
+            context.state.tf_input,
+        )
+        # Not "auto": another machine might choose another light.
+        look_b = tf_input.look
+        if tf_input.compares and look_b.lighting is not None:
+            look_b = replace(look_b, lighting=work.settings_b.lighting)
         memory = replace(
             self._preferences.volume(opened.fingerprint),
             path="",
             models=(),
             light_seconds={},
-            tf=context.state.tf_input.of("A"),
-            tf_b=context.state.tf_input.of("B"),
-            compares=context.state.tf_input.compares,
+            tf=tf_input.of("A"),
+            tf_b=tf_input.of("B"),
+            compares=tf_input.compares,
+            look_b=look_b,
             view=inputs.view,
             **{n: each.value for n, each in context.state.edited.items() if n != "mask"},
             mask="",
-            # Not "auto": another machine might choose another light.
-            lighting=self._workspace.reference.settings.lighting,
+            lighting=work.settings.lighting,
         )
         band = context.sensitivity.band
         content = SessionContent(

@@ -31,13 +31,15 @@ UNIT = "change of pixel value per +.01 opacity"
 
 FLOOR = 1 / 2550  # least end of a scale: a tenth of an 8-bit step; below is rounding
 LEAST_DIFFERENCE = 1 / 255  # least end of a scale of differences of images: an 8-bit step
-Shown = Measure | Literal["visible"]  # by a measure, or by what is visible
+# By a measure, by what is visible, or, of two images, by the error FLIP.
+Shown = Measure | Literal["visible", "flip"]
 
 COLOR_MAPS = {
     "change": "matplotlib:inferno",
     "signed": "crameri:berlin",
     # Green, as visibility is in the plot of the TF.
     "visible": "cmocean:algae_r",
+    "flip": "matplotlib:magma",
     # Its lowest colour is no black: most fields are weak compared with the strongest.
     "all values": "matplotlib:plasma",
 }

@@ -70,7 +70,7 @@ class FakeEngine:
         self.requests = []
         self.others = []
         self.threads = [threading.current_thread()]
-        self.closed = False
+        self.closed, self.forgotten = False, ""
         self.error = None
 
     def image(self, request, watch=UNWATCHED):
@@ -165,6 +165,9 @@ class FakeEngine:
             assert self.gate.acquire(timeout=PATIENCE_S)
         if self.error is not None:
             raise self.error
+
+    def forget(self, channel):
+        self.forgotten = channel
 
     def close(self):
         self.threads.append(threading.current_thread())

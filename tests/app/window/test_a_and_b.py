@@ -9,7 +9,9 @@ from ramp import make_tf, make_volume
 from rested_window import act_until, open_volume, rested, settle
 
 from app.engines.requests import IMAGES_B
-from app.window.figure import FigureChoice
+from app.window.figure import FigureChoice, pixels_of
+from model.metrics import flip
+from model.scene.ranges import fit_to_range
 
 LEFT = Qt.MouseButton.LeftButton
 CTRL_SHIFT = Qt.KeyboardModifier.ControlModifier | Qt.KeyboardModifier.ShiftModifier
@@ -136,10 +138,41 @@ def test_b_has_a_light_of_its_own(qtbot, window, builders, tmp_path, monkeypatch
     assert shown() == ("A", "B", "B: Direct") and window.state.tf_input.of("B") == first
     choose("path")
     # Closed, nothing of it is left.
-    QTest.keyClick(window, Qt.Key.Key_C)
     b = builders.references[-1]
+    QTest.keyClick(window, Qt.Key.Key_C)
     qtbot.waitUntil(lambda: b.closed)
-    assert not builders.references[-2].closed
+    (left,) = [engine for engine in builders.references if not engine.closed]
+    qtbot.waitUntil(lambda: left.forgotten == IMAGES_B)
+    assert window.pane_b.rgba is None is window.pane_b.canvas.image
+
+
+def test_a_click_that_gives_the_focus_asks_nothing(qtbot, window):
+    canvases = [pane.canvas for pane in window.panes.images]
+    labels, asked = window.sensitivity.labels[1:], window.sensitivity_state
+    for count in (0, 1):
+        QTest.mouseClick(canvases[0], LEFT, pos=canvases[0].rect().center())
+        assert window.state.tf_input.pane == "A" and (asked.place is not None) == bool(count)
+    assert [label.is_here for label in labels] == [True, False]
+    # The other pane's values at that place.
+    QTest.mouseClick(canvases[1], LEFT, pos=canvases[1].rect().center() / 2)
+    assert [label.is_here for label in labels] == [False, True]
+    assert asked.place == pytest.approx((0.5, 0.5), abs=0.01)
+
+
+def test_b_goes_along_to_the_next_time_step(qtbot, window, builders):
+    set_tf(qtbot, window, OTHER)
+    window.workspace.reference.choose_look(lighting="soft")
+    first = window.state.tf_input.of("A")
+    builders.volumes["ramp2"] = later = make_volume("ramp2", 250.0)
+    builders.volumes["other"] = make_volume("other", 240.0)
+    open_volume(qtbot, window, "ramp2")
+    tf_input = window.state.tf_input
+    assert window.panes.compares and window.workspace.reference.settings_b.lighting == "soft"
+    shown = [tf_input.of(name) for name in "AB"]
+    assert shown == [fit_to_range(tf, tf_input.value.scalar_range) for tf in (first, OTHER)]
+    assert tf_input.value.scalar_range == later.scalar_range
+    open_volume(qtbot, window, "other")
+    assert not window.panes.compares
 
 
 def test_b_takes_the_place_of_the_generator(qtbot, make_window, builders):
@@ -201,7 +234,7 @@ def test_the_difference_is_said_and_shown_over_b(qtbot, window):
     set_tf(qtbot, window, OTHER)
     found = window.image_error.compared
     # Fakes have a level of red for each TF.
-    reds = [pane._rgba[0, 0, 0] for pane in (window.pane_b, window.reference)]
+    reds = [pane.rgba[0, 0, 0] for pane in (window.pane_b, window.reference)]
     assert found.difference == pytest.approx(0.2126 * (reds[0] - reds[1]), abs=1e-6)
     assert f"differs from A by {found.error:.3f}".replace(" 0.", " .") == window.pane_b.note
     assert not window.generator.note
@@ -213,6 +246,21 @@ def test_the_difference_is_said_and_shown_over_b(qtbot, window):
     window.state.tf_input.swap()
     settle(qtbot, window)
     assert window.image_error.compared.difference == pytest.approx(-found.difference)
+
+
+def test_the_difference_may_be_flip(qtbot, window, tmp_path):
+    QTest.keyClick(window, Qt.Key.Key_D)
+    set_tf(qtbot, window, OTHER)
+    before = window.image_error._difference
+    window.image_error.choose("flip")
+    qtbot.waitUntil(lambda: window.image_error._difference not in (None, before))
+    found, images = window.image_error._compared, (window.pane_b.rgba, window.reference.rgba)
+    assert found.difference.mean() == pytest.approx(flip(*(i[..., :3] for i in images)), rel=1e-3)
+    assert "FLIP" in found.title and found.ends[0] == "0"
+    place = tmp_path / "both.png"
+    window.saving.draw(FigureChoice(300, 100, which="a_b_difference"), place)
+    qtbot.waitUntil(place.exists)
+    assert window.sessions.session().content.settings.difference == "flip"
 
 
 def test_in_one_image_the_line_divides_a_from_b(qtbot, window):
@@ -236,8 +284,13 @@ def test_in_one_image_the_line_divides_a_from_b(qtbot, window):
     assert window.state.tf_input.pane == "B"
     QTest.mouseClick(a, LEFT, pos=QPoint(round(0.4 * a.width()), 80))
     assert window.state.tf_input.pane == "A"
+    # So it divides A from the difference.
+    before, row = a.grab().toImage(), a.height() // 2 + 60
     QTest.keyClick(window, Qt.Key.Key_D)
-    assert not line.isVisible() and len(window.panes.images) == 2
+    qtbot.waitUntil(lambda: window.image_error._difference is not None)
+    after, at = a.grab().toImage(), round(0.7 * a.width())
+    assert line.isVisible() and before.pixelColor(at - 40, row) == after.pixelColor(at - 40, row)
+    assert before.pixelColor(at + 40, row) != after.pixelColor(at + 40, row)
 
 
 def test_sessions_and_the_next_run_bring_b_back(qtbot, start_again, tmp_path):
@@ -260,7 +313,11 @@ def test_sessions_and_the_next_run_bring_b_back(qtbot, start_again, tmp_path):
     assert window.sessions.session() == saved and window.panes.compares
 
 
-def test_figures_have_both_with_a_legend_each(qtbot, window, builders, tmp_path, monkeypatch):
+def _pixels(image):
+    return pixels_of(image).astype(int)
+
+
+def test_figures_have_both_with_one_legend(qtbot, window, builders, tmp_path, monkeypatch):
     set_tf(qtbot, window, OTHER)
     assert window.saving.first_choice().which == "a_b"
     wide, high = window.saving.sizes()["a_b_difference"]
@@ -278,7 +335,13 @@ def test_figures_have_both_with_a_legend_each(qtbot, window, builders, tmp_path,
     window.saving.draw(FigureChoice(920, 300, legend=True, which="a_b_difference"), place)
     qtbot.waitUntil(place.exists)
     assert {r.inputs for r in asked} == {window.state.inputs_of(name) for name in "AB"}
-    saved = QImage(str(place))
+    saved, plain = QImage(str(place)), tmp_path / "plain.png"
+    window.saving.draw(FigureChoice(920, 300, which="a_b_difference"), plain)
+    qtbot.waitUntil(plain.exists)
+    changed = _pixels(saved) != _pixels(QImage(str(plain)))
+    columns = np.flatnonzero(changed.any(axis=(0, 2)))
+    # The legend of both lies in B's panel.
+    assert 920 / 3 < columns.min() < 460 and 550 < columns.max() < 2 * 920 / 3
     # In the brightness of the light.
     a, b = (saved.pixelColor(x, 150).red() for x in (100, 400))
     assert 100 <= a < a + 50 < b

@@ -38,6 +38,7 @@ def test_opacity_images_lie_in_the_corner(make_window, builders):
     # Another image brings its own.
     rgba = np.full((16, 16, 4), 0.5, np.float32)
     rgba[..., 3] = 0.2
+    window.generator.rgba = rgba
     window.generator.imageShown.emit(window.state.inputs, rgba)
     assert grays(generator.picture) == {51}
     opacity.trigger()
