@@ -84,7 +84,7 @@ class _Job:
     def names(self) -> list[str]:
         """Names of the images that it needs."""
         if self.choice.which == "difference":
-            return [*TITLES]
+            return ["generator", "reference"]
         return [name for name in self.choice.names if name != "difference"]
 
     @property
