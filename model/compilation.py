@@ -60,7 +60,8 @@ def _by_one_process(compile_: Callable[[Any], Any], name: str) -> Callable[[Any]
     """Return a kernel's function that compiles a signature, or loads it, one process at a time."""
 
     def compile_alone(signature: Any) -> Any:
-        digest = hashlib.sha256(repr(signature).encode()).hexdigest()[:16]
+        # Another copy of the sources has machine code of its own.
+        digest = hashlib.sha256(f"{__file__} {signature!r}".encode()).hexdigest()[:16]
         lock = FileLock(Path(config.CACHE_DIR) / f"{name}-{digest}.lock", timeout=LONGEST_S)
         # The order in which Numba locks: it compiles what a kernel calls while it holds its own.
         with global_compiler_lock:

@@ -150,12 +150,16 @@ class RendererEngine(Engine):
         return np.stack([found[region] for region in request.regions])
 
     def value_visibility(self, request: ValueVisibilityRequest, watch: Watch = UNWATCHED) -> Array:
-        """Compute how much of each pixel shows some values."""
+        """Compute how much of each pixel shows some values, by close samples at rest."""
+        from model.rendering.raycast.batch import CLOSE
+
         renderer = self._ray_caster()
         edit = edit_over(request.values, renderer.scalar_range, request.width)
         weights, pixels = edit / edit.max(), request.quality.pixels
+        apart = renderer.sample_distance
+        apart = apart if request.quality.live else min(apart, CLOSE)
         with renderer.asking(watch.go_on):
-            return renderer.value_visibility(request.inputs, pixels, weights)
+            return renderer.value_visibility(request.inputs, pixels, weights, apart)
 
     def forget(self, channel: str) -> None:
         """Free the finest image."""

@@ -6,7 +6,6 @@ all TFs are drawn over them, lit from the eye.
 
 from __future__ import annotations
 
-import os
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
@@ -14,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.compilation import compiled
+from model.measurements import processors
 from model.rendering.brightness import LIT_BRIGHTNESS, brighten
 from model.rendering.ray_places import cut_rays
 from model.rendering.scalars import shown_voxels
@@ -143,7 +143,7 @@ def overview_of(
             brighten(picture, float(factor))
         pictures[part] = np.rint(255 * drawn.clip(0, 1))
 
-    with ThreadPoolExecutor(os.cpu_count() or 1) as threads:
+    with ThreadPoolExecutor(processors()) as threads:
         list(threads.map(draw, range(0, len(alphas), _PART)))
     inside = opacity[:, np.diff(first) > 0]
     is_empty = opacity.max(axis=1) <= NOTHING

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -13,6 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from model.measurements import processors
 from model.rendering.path_tracing.estimate import Estimate, estimate_of
 from model.rendering.path_tracing.paths import trace_rows
 from model.rendering.path_tracing.scattering import (
@@ -102,7 +102,7 @@ class PathTracer:
         self._volume, self._seed = volume, seed
         self._light = light or LightDirection()
         self._lamp = lamp or Lamp()
-        threads = threads or os.cpu_count() or 1
+        threads = threads or processors()
         self._executor = ThreadPoolExecutor(threads, thread_name_prefix="path")
         self._voxels = voxels = KernelVoxels(volume, self._executor)
         self._noise = noise_of(voxels.scalars)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import contextmanager
@@ -15,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.errors import RenderError
+from model.measurements import processors
 from model.rendering.opacity_correction import least_transparency
 from model.rendering.raster import Raster
 from model.rendering.raycast.batch import CLOSE
@@ -144,7 +144,7 @@ class RaycastRenderer:
         self._go_on: Callable[[], object] = lambda: None
         self._volume = volume
         self._lighting, self._default = lighting, light or LightDirection()
-        threads = threads or os.cpu_count() or 1
+        threads = threads or processors()
         self._executor = ThreadPoolExecutor(threads, thread_name_prefix="raycast")
         self._voxels = KernelVoxels(volume, self._executor)
         self._noise = noise_of(self._voxels.scalars) if lighting == "direct" else 0.0
@@ -340,11 +340,16 @@ class RaycastRenderer:
         return self._sum(len(windows), TF_SAMPLES, add)
 
     def value_visibility(
-        self, inputs: SceneInputs, size: int | Raster, weights: NDArray[np.floating]
+        self,
+        inputs: SceneInputs,
+        size: int | Raster,
+        weights: NDArray[np.floating],
+        sample_distance: float | None = None,
     ) -> NDArray[np.float32]:
         """Share of each pixel that shows some values, in any light: the sum of T_i a_i w_i.
 
-        With weights (256,), in [0, 1], of 1 it is the opacity (rows, columns).
+        With weights (256,), in [0, 1], of 1 it is the opacity (rows, columns). Rays step over
+        narrow bands at surfaces, which shows as rings, unless samples are close.
         """
         gray = [(float(w),) * 3 for w in np.clip(weights, 0.0, 1.0)]
         places = np.linspace(*self._volume.scalar_range, TF_SAMPLES).tolist()
@@ -352,7 +357,7 @@ class RaycastRenderer:
         places[0], places[-1] = self._volume.scalar_range
         stops = tuple((at, *color) for at, color in zip(places, gray, strict=True))
         shown = replace(inputs, color_tf=ColorTF(self._volume.scalar_range, stops))
-        return np.ascontiguousarray(self._draw(shown, size, lit=False)[..., 0])
+        return np.ascontiguousarray(self._draw(shown, size, sample_distance, lit=False)[..., 0])
 
     def close(self) -> None:
         """End the threads; the renderer cannot be used afterwards."""
