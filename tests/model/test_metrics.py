@@ -53,17 +53,6 @@ def test_emd_agrees_with_the_full_transport_problem():
     assert metrics.color_emd(image, truth) == pytest.approx(expected, abs=1e-9)
 
 
-def test_flip_is_zero_for_equal_images_and_one_between_black_and_white():
-    rng = np.random.default_rng(0)
-    image = rng.random((64, 64, 3))
-    assert metrics.flip(image, image) == pytest.approx(0, abs=1e-6)
-    black, white = np.zeros((64, 64, 3)), np.ones((64, 64, 3))
-    assert metrics.flip(black, white) == pytest.approx(1, abs=0.05)
-    little = metrics.flip(np.clip(image + 0.02, 0, 1), image)
-    assert 0 < little < metrics.flip(np.clip(image + 0.2, 0, 1), image) < 1
-    assert metrics.flip(white + 0.5, black) == metrics.flip(white, black)
-
-
 def test_the_interval_of_the_mean_is_the_normal_one_for_many_values():
     values = np.random.default_rng(1).normal(3.0, 2.0, 4000)
     low, high = metrics.summary(values)["interval"]

@@ -5,16 +5,22 @@ that both can be looked at.
 """
 
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import get_args
 
 import imageio.v3 as iio
 import numpy as np
 import pytest
-from scenes import SCENES, volume_of
 
+from model.rendering.raster import Raster
 from model.rendering.renderer import open_renderer
-from model.scene.scene import Lighting
+from model.scene.crop import CropBox
+from model.scene.inputs import SceneInputs
+from model.scene.scene import LightDirection, Lighting
+from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF
+from model.scene.view import View
+from model.scene.volume import Volume
 
 STORED = Path(__file__).parent / "stored"
 FAILED = Path(__file__).parents[2] / "build" / "pictures"
@@ -63,6 +69,144 @@ def check(name, drawn, tolerance, label):
         f"{100 * STRAYS:g} % of its numbers; see the pictures in {folder}."
     )
 
+
+def _grid(x, y, z):
+    """Places of the voxels along x, y and z, -1 to 1, each of shape (z, y, x)."""
+    places = np.meshgrid(*(np.linspace(-1, 1, n) for n in (z, y, x)), indexing="ij")
+    return places[2], places[1], places[0]
+
+
+def _things(x, y, z):
+    """A ball in a shell, a bar through it and a soft blob aside, 0 to 255: no two sides alike."""
+    a, b, c = _grid(x, y, z)
+    distance = np.sqrt(a**2 + b**2 + c**2)
+    shell = 90 * np.exp(-(((distance - 0.75) / 0.09) ** 2))
+    ball = 255 / (1 + np.exp(30 * (np.sqrt((a - 0.1) ** 2 + b**2 + (c + 0.1) ** 2) - 0.32)))
+    bar = 170 / (1 + np.exp(40 * (np.maximum(abs(b - 0.45), abs(c - 0.4)) - 0.1)))
+    blob = 130 * np.exp(-((a + 0.7) ** 2 + (b + 0.6) ** 2 + (c - 0.7) ** 2) / 0.12)
+    return np.minimum(np.maximum.reduce([shell, ball, bar, blob]), 255)
+
+
+def _bytes():
+    return Volume(np.rint(_things(40, 36, 32)).astype(np.uint8))
+
+
+def _floats():
+    """Waves as those of Marschner and Lobb, which have detail at every depth."""
+    a, b, c = _grid(36, 36, 36)
+    waves = np.cos(6 * np.pi * np.cos(np.pi * np.sqrt(a**2 + b**2) / 2))
+    return Volume(((1 - np.sin(np.pi * c / 2) + 0.25 * (1 + waves)) / 2.5).astype(np.float32))
+
+
+def _anisotropic():
+    """Slices that lie far apart."""
+    return Volume(np.rint(_things(40, 32, 12)).astype(np.uint8), (0.7, 0.7, 2.4))
+
+
+def _missing():
+    """The same things without a quarter, where 9e9 is stored."""
+    a, b, _ = _grid(40, 36, 32)
+    voxels = _things(40, 36, 32)
+    gone = (a > 0.05) & (b < -0.1)
+    voxels[gone] = 9e9
+    return Volume(voxels.astype(np.float32), missing=gone)
+
+
+VOLUMES = {
+    "bytes": _bytes,
+    "floats": _floats,
+    "anisotropic": _anisotropic,
+    "missing": _missing,
+    "narrow range": lambda: _bytes().over((60.0, 180.0)),
+}
+
+
+@cache
+def volume_of(name):
+    """The volume of that name; made once."""
+    return VOLUMES[name]()
+
+
+def _modes(scalar_range, *modes):
+    """Modes whose means and widths are fractions of the range."""
+    lo, hi = scalar_range
+    return OpacityTF(
+        scalar_range, tuple(GaussianMode(lo + m * (hi - lo), w * (hi - lo), a) for m, w, a in modes)
+    )
+
+
+def _steps(scalar_range, *points):
+    """A curve through points whose values are fractions of the range."""
+    lo, hi = scalar_range
+    return OpacityTF(scalar_range, points=tuple((lo + at * (hi - lo), a) for at, a in points))
+
+
+TFS = {
+    # The shell is a veil, the blob a cloud, ball and bar are solid.
+    "veils": lambda r: _modes(r, (0.34, 0.06, 0.09), (0.5, 0.05, 0.2), (0.85, 0.2, 0.9)),
+    "solid": lambda r: _steps(r, (0.25, 0.0), (0.34, 1.0)),
+    "hard": lambda r: _steps(r, (0.4, 0.0), (0.401, 0.7), (0.6, 0.7), (0.601, 0.05)),
+    "thin": lambda r: _modes(r, (0.2, 0.008, 0.8), (0.62, 0.008, 0.9)),
+    "haze": lambda r: _steps(r, (0.0, 0.02), (1.0, 0.1)),
+}
+
+STOPS = (
+    (0.0, 0.35, 0.45, 1.0), (0.4, 0.95, 0.75, 0.2), (0.6, 0.3, 0.8, 0.5), (1.0, 1.0, 0.9, 0.8),
+)  # fmt: skip
+"""Colours, at fractions of the range."""
+
+
+OBLIQUE = View(35.0, 25.0, 7.0, 0.64)
+
+
+@dataclass(frozen=True)
+class PictureScene:
+    """One of the volumes under one of the TFs, as one picture shows it; steps are in voxels."""
+
+    volume: str
+    tf: str = "veils"
+    lighting: Lighting = "none"
+    view: View = OBLIQUE
+    light: LightDirection | None = None
+    crop: CropBox | None = None
+    step: float = 0.5
+    width: int = 96
+    height: int = 96
+
+    @property
+    def inputs(self):
+        """View, TFs, light and crop box, as a renderer gets them."""
+        lo, hi = scalar_range = volume_of(self.volume).scalar_range
+        stops = tuple((lo + at * (hi - lo), *color) for at, *color in STOPS)
+        colors = ColorTF(scalar_range, (*stops[:-1], (hi, *STOPS[-1][1:])))
+        return SceneInputs(self.view, TFS[self.tf](scalar_range), colors, self.light, self.crop)
+
+    @property
+    def raster(self):
+        return Raster(self.width, self.height)
+
+
+CORNER = CropBox((0.0, 0.0, 0.25), (0.62, 1.0, 1.0))
+BEHIND = LightDirection(150.0, 20.0)
+
+SCENES = {
+    "bytes": PictureScene("bytes"),
+    "bytes-direct": PictureScene("bytes", lighting="direct"),
+    "bytes-soft": PictureScene("bytes", lighting="soft"),
+    "light-from-behind": PictureScene("bytes", "veils", "soft", light=BEHIND),
+    "floats": PictureScene("floats", "veils", view=View(-60.0, 40.0, 0.0, 0.8)),
+    "anisotropic-direct": PictureScene("anisotropic", "veils", "direct"),
+    "missing-direct": PictureScene("missing", "solid", "direct"),
+    "missing-soft": PictureScene("missing", "solid", "soft"),
+    "crop-direct": PictureScene("bytes", "haze", "direct", crop=CORNER),
+    "hard-steps": PictureScene("bytes", "hard", view=View(-40.0, 10.0, 0.0, 0.6)),
+    "thin-peaks": PictureScene("floats", "thin", view=View(20.0, -35.0, 0.0, 0.9)),
+    "near-and-aside": PictureScene(
+        "bytes", "veils", "direct", View(200.0, -10.0, 4.0, 0.35, 0.6, -0.3), width=120, height=72
+    ),
+    "inside": PictureScene("floats", "haze", view=View(70.0, 10.0, 0.0, 0.1)),
+    "narrow-range": PictureScene("narrow range", "veils", "direct"),
+}
 
 ROUNDING = Tolerance(0.0013, 0.005)
 """Of stored pictures, to 1/255, and of floating-point numbers."""

@@ -19,14 +19,12 @@ from model.networks.generator_network import decode_unit
 from model.paper.edits import (
     AMPLITUDE,
     MOST_OPACITY,
-    PAPER_R,
     region_edits,
     suggested_mode,
-    value_edits,
     with_mode,
 )
 from model.paper.exploration import DETAIL_SHARE, WHOLE_SHARE, detail, overview
-from model.paper.pictures import approach, compared_samples
+from model.paper.pictures import approach
 from model.paper.subject import Subject
 from model.paper.tables import PAPER_TABLE_1, holdout_errors, table_1
 from model.rendering.raycast.renderer import RaycastRenderer
@@ -133,22 +131,6 @@ def test_responses_of_a_region_are_those_of_small_edits(subject, inputs):
     assert step.responses[index] == pytest.approx(slope, rel=0.1, abs=1e-5)
 
 
-def test_a_value_field_has_the_papers_blocks(subject, inputs):
-    steps = value_edits(subject, inputs)
-    assert [step.field is None for step in steps] == [False, False, True]
-    field = steps[0].field
-    assert field is not None and steps[0].mode is not None
-    assert field.value == steps[0].mode.mean
-    values = np.linspace(*subject.generator.scene.scalar_range, 256)
-    assert values[field.band.argmax()] == pytest.approx(field.value)
-    assert field.band.max() == 1
-    side = subject.size // PAPER_R
-    # The image behind has a finer grain than the blocks; what is opaque has theirs.
-    assert field.blocks.shape == field.pixels.shape == (64, 64, 3)
-    assert 0 < field.scale <= field.whole * 1.0001
-    assert side == 4
-
-
 @pytest.fixture(scope="module")
 def map_(subject):
     known = draw_opacity_tfs(subject.generator.scene, 0, 0, 300)
@@ -222,25 +204,3 @@ def test_table_1_has_our_rows_before_the_papers(subject, tmp_path):
     timed = table_1([subject], [errors], 4, 2, store)
     # 200,000 images at .36 s each.
     assert timed.rows[0][5] == "20.0 h"
-
-
-def test_artifacts_are_the_worst_of_their_kind(subject, monkeypatch):
-    count = 12
-    errors = {
-        "rmse": np.linspace(0.1, 0.2, count),
-        "emd": np.where(np.arange(count) == 3, 0.9, 0.1),
-        "opacity_rmse": np.where(np.arange(count) == 3, 0.9, np.linspace(0.1, 0.5, count)),
-    }
-    monkeypatch.setattr("model.paper.pictures.generator_errors", lambda g, s: errors)
-    monkeypatch.setattr("model.metrics.LEAST_BRIGHTNESS", 0.0)
-    found = compared_samples(subject, count)
-    by = {sample.why: sample.index for sample in found}
-    # The same sample is the worst in both: the second artifact is the next.
-    assert by["colours"] == 3
-    assert by["shape"] == count - 1
-    typical = [sample.index for sample in found if sample.why == "typical"]
-    assert typical == sorted(typical) and set(typical) <= {2, 4, 5, 7}
-    for sample in found:
-        inputs = draw_sample(subject.generator.scene, subject.seed, "holdout", sample.index)
-        assert sample.inputs == inputs
-        np.testing.assert_allclose(sample.truth, subject.truth(inputs), atol=0.003)

@@ -251,9 +251,8 @@ def test_unlit_images_agree(shipped, samples):
     assert errors(shipped, samples).max() <= 0.005
 
 
-@pytest.mark.parametrize(("azimuth", "elevation"), [(-45, 45), (150, 30)])
-def test_gradient_shading_agrees(shipped, samples, azimuth, elevation):
-    light = LightDirection(azimuth, elevation)
+def test_gradient_shading_agrees(shipped, samples):
+    light = LightDirection(-45.0, 45.0)
     assert errors(shipped, samples[:1], lighting="direct", light=light).max() <= 0.01
 
 

@@ -23,15 +23,6 @@ SCENE = Scene("v", "f", RANGE, WINDOW, 64)
 PAPER = Scene("v", "f", RANGE, WINDOW, 64, tf_family="paper")
 
 
-def drawn(kind, count=200):
-    rng = np.random.default_rng(0)
-    return [opacity_tf_of(kind, rng, SCENE) for _ in range(count)]
-
-
-def sampled(kind):
-    return np.stack([tf.sample() for tf in drawn(kind)])
-
-
 def test_kinds_have_their_shares():
     assert set(SHARES) == set(get_args(OpacityKind))
     assert sum(SHARES.values()) == pytest.approx(1)
@@ -54,16 +45,6 @@ def test_a_samples_kind_is_that_of_its_tf():
         assert bool(tf.points) == (kind not in ("modes", "nearly empty", "empty"))
         assert (not tf.points and not tf.modes) == (kind == "empty")
         assert sample_kind(PAPER, 3, "holdout", index) == "modes"
-
-
-def test_constants_are_one_opacity_over_three_decades_and_others_show_little_or_nothing():
-    values = sampled("constant")
-    assert (np.ptp(values, axis=1) == 0).all()
-    assert values.min() < 0.002 < 0.5 < values.max()
-    assert not sampled("empty").any()
-    faint = sampled("nearly empty")
-    assert faint.max() <= 0.01 * 5
-    assert faint.any(axis=1).all()
 
 
 SPAN = (-50.0, 150.0)

@@ -66,22 +66,6 @@ def test_reported_losses_are_those_of_the_networks(batch):
     assert losses["decoded_tf"] == pytest.approx(square, rel=1e-3)
 
 
-def test_the_codec_also_learns_from_tfs_without_images(batch):
-    stage = stages(TrainingOptions())[0]
-    stage.steps = 5
-    errors = {}
-    for count in (0, 40):
-        loss = CodecLoss(SCENE, replace(PLAIN, unrendered_tfs=count, seed=3))
-        with torch.no_grad():
-            decoded = stage.generator.decode(stage.generator.encode(batch.inputs.opacity_tf))
-            errors[count] = loss(stage.generator, decoded, batch, stage.steps).item()
-    tfs = torch.from_numpy(draw_opacity_tfs(SCENE, 3, 5, 40)) * 2 - 1
-    with torch.no_grad():
-        others = (stage.generator.decode(stage.generator.encode(tfs)) - tfs).square().mean().item()
-    assert errors[40] == pytest.approx((errors[0] + others) / 2)
-    assert others != pytest.approx(errors[0], rel=1e-3)
-
-
 def test_the_codec_is_to_follow_edits_whatever_it_makes_of_the_tf(batch):
     tfs = draw_opacity_tfs(SCENE, 3, 5, 40)
     edits = (tfs + draw_edits(SCENE, 3, 5, 40)).clip(0, 1) - tfs

@@ -124,23 +124,6 @@ def test_light_above_one_is_kept_and_threads_do_not_mix_their_pictures(quick):
         assert found.std() < image.std() / 3
 
 
-class Library:
-    """Stands in for the package: its device has an error."""
-
-    OIDN_FORMAT_FLOAT3 = 3
-
-    class Device:
-        @staticmethod
-        def is_cpu_available():
-            return True
-
-        def commit(self):
-            pass
-
-        def get_error(self):
-            return "out of memory"
-
-
 @pytest.fixture
 def forgets():
     """What is known of the package is asked anew, before and after."""
@@ -151,9 +134,8 @@ def forgets():
         ask.cache_clear()
 
 
-@pytest.mark.parametrize(("package", "said"), [(None, "no denoiser"), (Library, "out of memory")])
-def test_without_a_package_that_works_there_is_no_denoiser(monkeypatch, forgets, package, said):
-    monkeypatch.setitem(sys.modules, "pyoidn", package)
-    assert available() == (package is not None)
-    with pytest.raises(DenoisingError, match=said):
+def test_without_a_package_there_is_no_denoiser(monkeypatch, forgets):
+    monkeypatch.setitem(sys.modules, "pyoidn", None)
+    assert not available()
+    with pytest.raises(DenoisingError, match="no denoiser"):
         denoise(*np.zeros((2, 4, 4, 3), np.float32))
