@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,19 +12,14 @@ from numpy.typing import NDArray
 from app.figures.plots import (
     AXIS_WIDTH,
     COLORS,
-    INK,
     PICTURE,
     PLOT,
     Brush,
     Disc,
     Page,
     TFPlot,
-    add_image,
-    add_map,
     label_axis,
     mosaic,
-    new_layout,
-    save_layout,
 )
 from model.evaluation.study import Study
 from model.latent.latent_map import LatentMap
@@ -60,7 +56,7 @@ def _add_explored(page: Page, row: int, column: int, one: Exploration, units: st
     """Add map, picture and TF of an exploration, in two rows and columns of a page."""
     hovered, title = one.hovered, "t-SNE of the codes"
     disc = (*hovered.place, hovered.radius)
-    add_map(page.layout, row + 1, column, title, one.map.places, one.brush, [disc], 2)
+    page.map(row, column, title, one.map.places, one.brush, [disc], 2)
     page.picture(row, column + 1, "picture of the code", hovered.image)
     page.tf(row + 1, column + 1, decoded_plot("decoded TF", one.inputs, hovered, units))
 
@@ -78,7 +74,7 @@ def save_walk(
         discs.append((*place.place, place.radius))
     middle, width = max(0, (len(places) - 2) // 2), min(2, len(places))
     title = "places on the map"
-    add_map(page.layout, 3, middle, title, map_.places, None, discs, columns=width)
+    page.map(2, middle, title, map_.places, None, discs, columns=width)
     page.save(
         path,
         "Top: pictures of interpolated latent codes; middle: the opacity TFs that they decode to; "
@@ -88,14 +84,7 @@ def save_walk(
 
 def decoded_plot(title: str, inputs: SceneInputs, place: Place, units: str) -> TFPlot:
     """Return the plot of a place's decoded TF, with the colours of its picture."""
-    scalar_range = inputs.opacity_tf.scalar_range
-    return TFPlot(
-        title,
-        scalar_range,
-        np.asarray(place.opacities),
-        inputs.color_tf.sample(scalar_range),
-        f"scalar value{f' ({units})' if units else ''}",
-    )
+    return replace(TFPlot.of(title, inputs, units), opacity=np.asarray(place.opacities))
 
 
 def save_qualitative(path: Path, found: dict[str, list[Compared]]) -> None:
@@ -149,8 +138,7 @@ def save_teaser(
     )  # fmt: skip
     page.tf(1, 3, plot)
     # Its grid takes two columns.
-    box = page.layout.addLayout(row=3, col=0, rowspan=2, colspan=2)
-    add_image(box, 0, 0, "(c) grid of the rectangle", mosaic(explored.cells))
+    page.picture(2, 0, "(c) grid of the rectangle", mosaic(explored.cells), rows=2, columns=2)
     _add_explored(page, 2, 2, explored, units)
     page.save(
         path,
@@ -280,13 +268,11 @@ def save_error_curves(path: Path, study: Study, result: dict[str, Any]) -> None:
     """Draw errors over the number that names each variant, and the paper's, as a PNG file."""
     import pyqtgraph as pg
 
-    layout = new_layout(CURVE_WIDTH * len(MEASURES), CURVE_HEIGHT)
-    layout.addLabel(study.title, 0, 0, 1, len(MEASURES), color=INK, bold=True)
+    page = Page(study.title, [CURVE_WIDTH] * len(MEASURES), [CURVE_HEIGHT])
     names = [variant.label for variant in study.variants]
     places = np.arange(len(names))
     for column, (measure, title) in enumerate(MEASURES):
-        plot = layout.addPlot(row=1, col=column)
-        plot.setTitle(title, color=INK)
+        plot = page.plot(0, column, title)
         label_axis(plot, "bottom", study.varied)
         label_axis(plot, "left", "error")
         plot.getAxis("left").setWidth(AXIS_WIDTH)
@@ -306,7 +292,7 @@ def save_error_curves(path: Path, study: Study, result: dict[str, Any]) -> None:
         known = [e for e in (*ours, *papers) if not np.isnan(e)]
         plot.setYRange(0, 1.1 * max(known, default=1.0))
         plot.setXRange(-0.3, len(names) - 0.7)
-    save_layout(path, layout, study.title)
+    page.save(path)
 
 
 LATENT_MAP, LATENT_GRID = 620, 620  # widths in pixels; both are as high
@@ -340,9 +326,7 @@ def save_latent_figure(
         page.picture(0, 0, "Means of the rectangle's 4 x 4 cells", grid, rows=2)
         column = 1
     discs = [] if place is None else [place]
-    add_map(
-        page.layout, 1, column, f"Map of {len(places):,} opacity TFs", places, brush, discs, rows=2
-    )
+    page.map(0, column, f"Map of {len(places):,} opacity TFs", places, brush, discs, rows=2)
     if picture is not None and place is not None:
         page.picture(0, column + 1, f"At {place[0]:.3f},{place[1]:.3f}", picture)
     if tf is not None:

@@ -60,60 +60,12 @@ AXIS_WIDTH = 76  # width of an upright axis with its numbers and label, in pixel
 LETTER_WIDTH = 6.5  # of captions, in pixels
 
 
-def new_layout(width: int, height: int) -> Any:
-    """Return an empty white layout of plots, off screen, of a size in pixels."""
-    if sys.platform == "linux":
-        os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
-    import pyqtgraph as pg
-
-    pg.mkQApp()
-    layout = pg.GraphicsLayoutWidget(size=(width, height))
-    layout.setBackground("w")
-    return layout
-
-
 def label_axis(plot: Any, side: str, text: str) -> None:
     """Label an axis of a plot, "left", "right" or "bottom", with numbers as they are."""
     axis = plot.getAxis(side)
     axis.enableAutoSIPrefix(False)
     axis.setTextPen(INK)
     axis.setLabel(text, color=INK)
-
-
-def add_caption(layout: Any, row: int, columns: int, text: str, width: int) -> None:
-    """Add a text below the plots of a layout of a width in pixels, in as many lines as it takes."""
-    if text:
-        lines = textwrap.wrap(text, int(width / LETTER_WIDTH))
-        layout.addLabel("<br>".join(map(html.escape, lines)), row, 0, 1, columns, color=INK)
-
-
-def add_image(
-    layout: Any, row: int, column: int, title: str, image: NDArray[np.floating], rows: int = 1
-) -> Any:
-    """Add an image (H, W, 3) in [0, 1] to a layout, row 0 at the top, and return its plot."""
-    import pyqtgraph as pg
-
-    plot = layout.addPlot(row=row, col=column, rowspan=rows)
-    plot.setTitle(title, color=INK)
-    plot.hideAxis("left")
-    plot.hideAxis("bottom")
-    plot.setAspectLocked()
-    plot.invertY()
-    levels = np.rint(255 * np.clip(image, 0, 1)).astype(np.uint8)
-    plot.addItem(pg.ImageItem(levels, axisOrder="row-major", levels=(0, 255)))
-    return plot
-
-
-def save_layout(path: Path, layout: Any, description: str = "") -> None:
-    """Draw a layout into a PNG file, which also has the description as a text."""
-    from PySide6.QtCore import QCoreApplication
-
-    QCoreApplication.processEvents()
-    picture = layout.grab().toImage()
-    picture.setText("Software", software())
-    if description:
-        picture.setText("Description", description)
-    save_image(path, picture)
 
 
 OPACITY_COLOR = 0, 114, 178
@@ -159,45 +111,203 @@ class TFPlot:
         )
 
 
-def add_tf_plot(
-    layout: Any, row: int, column: int, content: TFPlot, rows: int = 1, columns: int = 1
-) -> Any:
-    """Add the plot to a layout, and return it."""
+MAP_COLOR = 150, 155, 165, 130
+BRUSH_COLOR = COLORS[1]
+HOVER_COLOR = 20, 40, 140
+
+Brush = tuple[float, float, float, float]
+Disc = tuple[float, float, float]  # a place, and the radius of interpolation or 0
+
+
+PICTURE = 250  # width and height of a picture with its title, in pixels
+PLOT = 400  # width of a plot
+MARGIN = 10
+
+CAPTION_SHARE = 0.92  # part of a page's width that captions have: some of their letters are wide
+SPACING = 6  # pixels between rows and columns
+
+
+class Page:
+    """A figure of columns and rows below a title, with these widths and heights in pixels.
+
+    Without a display it is drawn off screen. What is added is the plot that is returned.
+    """
+
+    def __init__(self, title: str, widths: list[int], heights: list[int]) -> None:
+        if sys.platform == "linux":
+            os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+        import pyqtgraph as pg
+
+        pg.mkQApp()
+        self.title = title
+        self._width = sum(widths) + 2 * MARGIN
+        self._rows, self._columns = len(heights), len(widths)
+        height = sum(heights) + CAPTION_HEIGHT + 30 + 2 * MARGIN
+        self.layout = pg.GraphicsLayoutWidget(size=(self._width, height))
+        self.layout.setBackground("w")
+        self.layout.addLabel(title, 0, 0, 1, len(widths), color=INK, bold=True)
+        grid = self.layout.ci.layout
+        grid.setSpacing(SPACING)
+        grid.setContentsMargins(MARGIN, MARGIN, MARGIN, MARGIN)
+        for column, width in enumerate(widths):
+            grid.setColumnFixedWidth(column, width - SPACING)
+        for row, height in enumerate(heights, start=1):
+            grid.setRowFixedHeight(row, height - SPACING)
+
+    def plot(self, row: int, column: int, title: str = "", rows: int = 1, columns: int = 1) -> Any:
+        """Add an empty plot."""
+        plot = self.layout.addPlot(row=row + 1, col=column, rowspan=rows, colspan=columns)
+        if title:
+            plot.setTitle(title, color=INK)
+        return plot
+
+    def picture(
+        self,
+        row: int,
+        column: int,
+        title: str,
+        image: NDArray[np.floating],
+        region: Region | None = None,
+        rows: int = 1,
+        columns: int = 1,
+    ) -> Any:
+        """Add an image (H, W, 3) in [0, 1], with the paper's white rectangle over a region."""
+        import pyqtgraph as pg
+        from PySide6.QtWidgets import QGraphicsRectItem
+
+        plot = self.plot(row, column, title, rows, columns)
+        plot.hideAxis("left")
+        plot.hideAxis("bottom")
+        plot.setAspectLocked()
+        plot.invertY()
+        plot.addItem(_levels(image))
+        if region is not None:
+            width, height = region.right - region.left, region.bottom - region.top
+            item = QGraphicsRectItem(region.left, region.top, width, height)
+            item.setPen(pg.mkPen("w", width=2))
+            item.setBrush(pg.mkBrush(255, 255, 255, 60))
+            plot.addItem(item)
+        plot.getViewBox().setDefaultPadding(0.0)
+        return plot
+
+    def tf(self, row: int, column: int, content: TFPlot, columns: int = 1) -> Any:
+        """Add a plot of a TF."""
+        import pyqtgraph as pg
+
+        plot = self.plot(row, column, content.title, columns=columns)
+        label_axis(plot, "bottom", content.value_label)
+        label_axis(plot, "left", "opacity")
+        plot.getAxis("left").setTextPen(pg.mkColor(OPACITY_COLOR))
+        plot.getAxis("left").setWidth(LEFT_WIDTH)
+        # Below 0, where sensitivities may be, there are no opacities.
+        plot.getAxis("left").setTicks([[(0, "0"), (0.5, "0.5"), (1, "1")]])
+        lo, hi = content.scalar_range
+        values = np.linspace(lo, hi, TF_SAMPLES)
+        lowest = -STRIP
+        if content.band is not None:
+            _area(plot, values, content.band)
+        if content.responses is not None:
+            lowest = _add_responses(plot, values, content)
+        plot.plot(values, content.opacity, pen=pg.mkPen(OPACITY_COLOR, width=2))
+        if content.mode is not None:
+            mode = content.mode
+            bump = mode.amplitude * np.exp(-(((values - mode.mean) / mode.width) ** 2))
+            pen = pg.mkPen(MODE_COLOR, width=2, style=pg.QtCore.Qt.PenStyle.DashLine)
+            shown = np.where(bump < 0.005, np.nan, bump)
+            plot.plot(values, shown, pen=pen, connect="finite")
+        if content.colors is not None:
+            strip = _levels(content.colors[None])
+            strip.setRect(lo, lowest - STRIP, hi - lo, STRIP)
+            plot.addItem(strip)
+        if content.scale == "log":
+            ticks = logarithmic_ticks(content.scalar_range)
+            plot.getAxis("bottom").setTicks([[(lo + at * (hi - lo), text) for at, text in ticks]])
+        plot.setXRange(lo, hi, padding=0)
+        plot.setYRange(lowest - STRIP, ROOM, padding=0)
+        return plot
+
+    def map(
+        self,
+        row: int,
+        column: int,
+        title: str,
+        places: NDArray[np.floating],
+        brush: Brush | None = None,
+        discs: Sequence[Disc] = (),
+        rows: int = 1,
+        columns: int = 1,
+    ) -> Any:
+        """Add the map of places (n, 2)."""
+        import pyqtgraph as pg
+
+        plot = self.plot(row, column, title, rows, columns)
+        label_axis(plot, "bottom", "first axis of the map")
+        label_axis(plot, "left", "second axis of the map")
+        plot.setAspectLocked()
+        x, y = places.astype(np.float64).T
+        plot.addItem(pg.ScatterPlotItem(x, y, size=3, pen=None, brush=pg.mkBrush(*MAP_COLOR)))
+        for disc in discs:
+            plot.addItem(_blob(disc) if disc[2] else _cross(disc))
+        if brush is not None:
+            pen = pg.mkPen(BRUSH_COLOR, width=2)
+            left, lower, right, upper = brush
+            for share in np.linspace(0, 1, 5):
+                line = left + share * (right - left), lower + share * (upper - lower)
+                plot.plot([line[0]] * 2, [lower, upper], pen=pen)
+                plot.plot([left, right], [line[1]] * 2, pen=pen)
+        for number, (px, py, _) in enumerate(discs, start=1):
+            if len(discs) > 1:
+                text = pg.TextItem(str(number), color=HOVER_COLOR, anchor=(0.5, 1.6))
+                text.setPos(px, py)
+                plot.addItem(text)
+        return plot
+
+    def bar(
+        self,
+        row: int,
+        column: int,
+        colors: NDArray[np.floating],
+        ends: tuple[float, float],
+        label: str,
+    ) -> Any:
+        """Add a colour bar of colours (n, 3) from the lower to the higher end of a scale."""
+        low, high = ends
+        plot, item = self.plot(row, column), _levels(colors[:, None])
+        item.setRect(0, low, 1, high - low)
+        plot.addItem(item)
+        plot.setXRange(0, 1, padding=0)
+        plot.setYRange(low, high, padding=0)
+        plot.hideAxis("bottom")
+        plot.hideAxis("left")
+        plot.showAxis("right")
+        label_axis(plot, "right", label)
+        plot.getAxis("right").setWidth(AXIS_WIDTH)
+        return plot
+
+    def text(self, row: int, column: int, text: str, columns: int = 1) -> None:
+        """Add a text; lines are parted by <br>."""
+        self.layout.addLabel(text, row + 1, column, 1, columns, color=INK)
+
+    def save(self, path: Path, caption: str = "") -> None:
+        """Add a caption below, and write the page as a PNG file, which has it as a text, too."""
+        from PySide6.QtCore import QCoreApplication
+
+        lines = textwrap.wrap(caption, int(CAPTION_SHARE * self._width / LETTER_WIDTH))
+        if lines:
+            self.text(self._rows, 0, "<br>".join(map(html.escape, lines)), self._columns)
+        QCoreApplication.processEvents()
+        picture = self.layout.grab().toImage()
+        picture.setText("Software", software())
+        picture.setText("Description", f"{self.title}. {caption}" if caption else self.title)
+        save_image(path, picture)
+
+
+def _levels(colors: NDArray[np.floating]) -> Any:
+    """Return colours (H, W, 3) in [0, 1] as an item of a plot."""
     import pyqtgraph as pg
 
-    plot = layout.addPlot(row=row, col=column, rowspan=rows, colspan=columns)
-    plot.setTitle(content.title, color=INK)
-    label_axis(plot, "bottom", content.value_label)
-    label_axis(plot, "left", "opacity")
-    plot.getAxis("left").setTextPen(pg.mkColor(OPACITY_COLOR))
-    plot.getAxis("left").setWidth(LEFT_WIDTH)
-    # Below 0, where sensitivities may be, there are no opacities.
-    plot.getAxis("left").setTicks([[(0, "0"), (0.5, "0.5"), (1, "1")]])
-    lo, hi = content.scalar_range
-    values = np.linspace(lo, hi, TF_SAMPLES)
-    lowest = -STRIP
-    if content.band is not None:
-        _area(plot, values, content.band)
-    if content.responses is not None:
-        lowest = _add_responses(plot, values, content)
-    plot.plot(values, content.opacity, pen=pg.mkPen(OPACITY_COLOR, width=2))
-    if content.mode is not None:
-        mode = content.mode
-        bump = mode.amplitude * np.exp(-(((values - mode.mean) / mode.width) ** 2))
-        pen = pg.mkPen(MODE_COLOR, width=2, style=pg.QtCore.Qt.PenStyle.DashLine)
-        shown = np.where(bump < 0.005, np.nan, bump)
-        plot.plot(values, shown, pen=pen, connect="finite")
-    if content.colors is not None:
-        levels = np.rint(255 * np.clip(content.colors, 0, 1)).astype(np.uint8)[None]
-        strip = pg.ImageItem(levels, axisOrder="row-major", levels=(0, 255))
-        strip.setRect(lo, lowest - STRIP, hi - lo, STRIP)
-        plot.addItem(strip)
-    if content.scale == "log":
-        ticks = logarithmic_ticks(content.scalar_range)
-        plot.getAxis("bottom").setTicks([[(lo + at * (hi - lo), text) for at, text in ticks]])
-    plot.setXRange(lo, hi, padding=0)
-    plot.setYRange(lowest - STRIP, ROOM, padding=0)
-    return plot
+    levels = np.rint(255 * np.clip(colors, 0, 1)).astype(np.uint8)
+    return pg.ImageItem(levels, axisOrder="row-major", levels=(0, 255))
 
 
 def _area(plot: Any, values: NDArray[np.floating], band: NDArray[np.floating]) -> None:
@@ -242,74 +352,6 @@ def _round_step(least: float) -> float:
     return float(next(m * power for m in (1, 2, 5, 10) if m * power >= least * (1 - 1e-9)))
 
 
-PICTURE = 250  # width and height of a picture with its title, in pixels
-PLOT = 400  # width of a plot
-MARGIN = 10
-
-CAPTION_SHARE = 0.92  # part of a page's width that captions have: some of their letters are wide
-SPACING = 6  # pixels between rows and columns
-
-
-class Page:
-    """A figure of columns and rows below a title, with these widths and heights in pixels."""
-
-    def __init__(self, title: str, widths: list[int], heights: list[int]) -> None:
-        self.title = title
-        self._width = sum(widths) + 2 * MARGIN
-        self._rows, self._columns = len(heights), len(widths)
-        self.layout = new_layout(self._width, sum(heights) + CAPTION_HEIGHT + 30 + 2 * MARGIN)
-        self.layout.addLabel(title, 0, 0, 1, len(widths), color=INK, bold=True)
-        grid = self.layout.ci.layout
-        grid.setSpacing(SPACING)
-        grid.setContentsMargins(MARGIN, MARGIN, MARGIN, MARGIN)
-        for column, width in enumerate(widths):
-            grid.setColumnFixedWidth(column, width - SPACING)
-        for row, height in enumerate(heights, start=1):
-            grid.setRowFixedHeight(row, height - SPACING)
-
-    def picture(
-        self,
-        row: int,
-        column: int,
-        title: str,
-        image: NDArray[np.floating],
-        region: Region | None = None,
-        rows: int = 1,
-    ) -> Any:
-        """Add an image (H, W, 3), with the paper's white rectangle over a region."""
-        plot = add_image(self.layout, row + 1, column, title, image, rows)
-        if region is not None:
-            add_rectangle(plot, region)
-        plot.getViewBox().setDefaultPadding(0.0)
-        return plot
-
-    def tf(self, row: int, column: int, content: TFPlot, rows: int = 1) -> Any:
-        """Add a plot of a TF."""
-        return add_tf_plot(self.layout, row + 1, column, content, rows)
-
-    def text(self, row: int, column: int, text: str, columns: int = 1) -> None:
-        """Add a text; lines are parted by <br>."""
-        self.layout.addLabel(text, row + 1, column, 1, columns, color=INK)
-
-    def save(self, path: Path, caption: str) -> None:
-        """Add a caption below, and write the page as a PNG file."""
-        width = int(CAPTION_SHARE * self._width)
-        add_caption(self.layout, self._rows + 1, self._columns, caption, width)
-        save_layout(path, self.layout, f"{self.title}. {caption}")
-
-
-def add_rectangle(plot: Any, region: Region) -> None:
-    """Draw a slightly transparent white rectangle over an image, as the paper does."""
-    import pyqtgraph as pg
-    from PySide6.QtWidgets import QGraphicsRectItem
-
-    width, height = region.right - region.left, region.bottom - region.top
-    item = QGraphicsRectItem(region.left, region.top, width, height)
-    item.setPen(pg.mkPen("w", width=2))
-    item.setBrush(pg.mkBrush(255, 255, 255, 60))
-    plot.addItem(item)
-
-
 GAP = 4  # pixels between pictures
 EMPTY = 0.12  # grey of gaps and missing pictures
 
@@ -325,52 +367,6 @@ def mosaic(images: NDArray[np.floating]) -> NDArray[np.float32]:
         if not np.isnan(image).any():
             picture[y : y + height, x : x + width] = image
     return picture
-
-
-MAP_COLOR = 150, 155, 165, 130
-BRUSH_COLOR = COLORS[1]
-HOVER_COLOR = 20, 40, 140
-
-Brush = tuple[float, float, float, float]
-Disc = tuple[float, float, float]  # a place, and the radius of interpolation or 0
-
-
-def add_map(
-    layout: Any,
-    row: int,
-    column: int,
-    title: str,
-    places: NDArray[np.floating],
-    brush: Brush | None = None,
-    discs: Sequence[Disc] = (),
-    rows: int = 1,
-    columns: int = 1,
-) -> Any:
-    """Add the map of places (n, 2) to a layout, and return its plot."""
-    import pyqtgraph as pg
-
-    plot = layout.addPlot(row=row, col=column, rowspan=rows, colspan=columns)
-    plot.setTitle(title, color=INK)
-    label_axis(plot, "bottom", "first axis of the map")
-    label_axis(plot, "left", "second axis of the map")
-    plot.setAspectLocked()
-    x, y = places.astype(np.float64).T
-    plot.addItem(pg.ScatterPlotItem(x, y, size=3, pen=None, brush=pg.mkBrush(*MAP_COLOR)))
-    for disc in discs:
-        plot.addItem(_blob(disc) if disc[2] else _cross(disc))
-    if brush is not None:
-        pen = pg.mkPen(BRUSH_COLOR, width=2)
-        left, lower, right, upper = brush
-        for share in np.linspace(0, 1, 5):
-            line = left + share * (right - left), lower + share * (upper - lower)
-            plot.plot([line[0]] * 2, [lower, upper], pen=pen)
-            plot.plot([left, right], [line[1]] * 2, pen=pen)
-    for number, (px, py, _) in enumerate(discs, start=1):
-        if len(discs) > 1:
-            text = pg.TextItem(str(number), color=HOVER_COLOR, anchor=(0.5, 1.6))
-            text.setPos(px, py)
-            plot.addItem(text)
-    return plot
 
 
 def _cross(disc: Disc) -> Any:

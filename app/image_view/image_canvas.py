@@ -246,6 +246,8 @@ class ImageCanvas(KeyedWidget):
                     painter.save()
                     paint(painter, self.image_rect)
                     painter.restore()
+            if self.wiped is not None:
+                self._paint_wipe_line(painter, self.wiped[1])
         if self.message:
             self._paint_message(painter)
         if self.progress is not None:
@@ -272,6 +274,9 @@ class ImageCanvas(KeyedWidget):
         paint_background(painter, self.rect(), self.background)
         self._paint_picture(painter, other)
         painter.restore()
+
+    def _paint_wipe_line(self, painter: QPainter, at: int) -> None:
+        """Paint the line between A and B, with their names."""
         for color, width in ((theme.ON_IMAGE.window, 3), (theme.ON_IMAGE.text, 1)):
             painter.setPen(QPen(QColor(color), width))
             painter.drawLine(at, 0, at, self.height())

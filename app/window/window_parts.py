@@ -161,7 +161,7 @@ class WindowParts(QMainWindow):
     def arrange(self) -> None:
         """Put cube, tools and cards over the images that are there."""
         images = self.panes.images
-        self.reference.set_alone(len(images) == 1)
+        self.reference.set_alone(len(images) == 1 and not self.panes.wipes)
         self.overlays.lie_over(images[-1].canvas)
         self.tools.lie_over(None if self.panes.is_browsing else images[0].canvas)
         self._floating.set_corner_of(images[-1] if self.panes.is_browsing else None)

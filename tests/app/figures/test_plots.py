@@ -5,11 +5,9 @@ import pytest
 from app.figures.plots import (
     EMPTY,
     RESPONSES_PER_AXIS,
+    Page,
     TFPlot,
-    add_map,
-    add_tf_plot,
     mosaic,
-    new_layout,
 )
 from model.latent.latent_map import blended_code
 from model.scene.transfer_function import GaussianMode
@@ -26,7 +24,7 @@ def curves(plot):
 def test_numbers_of_the_right_axis_are_those_of_the_sensitivity(largest):
     responses = largest * np.sin(np.linspace(0, 9, 256))
     content = TFPlot("t", (-100, 300), np.zeros(256), COLORS, responses=responses)
-    plot = add_tf_plot(new_layout(400, 250), 0, 0, content)
+    plot = Page("t", [400], [250]).tf(0, 0, content)
     (drawn,) = (c for c in curves(plot) if np.nanmax(np.abs(c.yData)) > 0)
     np.testing.assert_array_equal(drawn.xData, VALUES)
     (ticks,) = plot.getAxis("right")._tickLevels
@@ -42,7 +40,7 @@ def test_the_background_does_not_set_the_axis():
     responses[:20] = -5.0
     window = np.arange(256) >= 30
     content = TFPlot("t", (-100, 300), np.zeros(256), None, responses=responses, window=window)
-    plot = add_tf_plot(new_layout(400, 250), 0, 0, content)
+    plot = Page("t", [400], [250]).tf(0, 0, content)
     (drawn,) = (c for c in curves(plot) if np.nanmax(np.abs(c.yData)) > 0)
     assert np.isnan(drawn.yData[:20]).all()
     np.testing.assert_allclose(drawn.yData[30:], 1.0)
@@ -51,7 +49,7 @@ def test_the_background_does_not_set_the_axis():
 def test_a_mode_is_drawn_where_it_is_and_nowhere_else():
     mode = GaussianMode(100.0, 20.0, 0.3)
     content = TFPlot("t", (-100, 300), np.full(256, 0.9), COLORS, mode=mode)
-    plot = add_tf_plot(new_layout(400, 250), 0, 0, content)
+    plot = Page("t", [400], [250]).tf(0, 0, content)
     (bump,) = (c for c in curves(plot) if np.nanmax(c.yData) < 0.5)
     shown = ~np.isnan(bump.yData)
     expected = 0.3 * np.exp(-(((VALUES - 100) / 20) ** 2))
@@ -61,7 +59,8 @@ def test_a_mode_is_drawn_where_it_is_and_nowhere_else():
 
 def test_the_blob_of_a_place_has_the_weights_of_its_interpolation():
     radius, place = 0.3, (0.2, -0.1)
-    plot = add_map(new_layout(400, 400), 0, 0, "m", np.zeros((3, 2)), None, [(*place, radius)])
+    page = Page("t", [400], [400])
+    plot = page.map(0, 0, "m", np.zeros((3, 2)), None, [(*place, radius)])
     (blob,) = (item for item in plot.items if isinstance(item, pg.ImageItem))
     alpha = blob.image[..., 3].astype(float)
     middle = alpha[32, 32]
