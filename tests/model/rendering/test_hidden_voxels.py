@@ -137,7 +137,7 @@ def test_the_overview_of_opacities_leaves_hidden_voxels_out(volume, how):
 @renderers
 def test_a_mask_of_another_grid_is_refused(volume, name):
     other = Mask.of(np.eye(EDGE, dtype=bool)[None].repeat(3, axis=0))
-    with pytest.raises(TfscopeError, match="24 × 24 × 3 voxels is not of this volume"):
+    with pytest.raises(TfscopeError, match="the mask has 24 × 24 × 3 voxels"):
         drawn(opened(name), volume, inputs(other), SIZE)
 
 

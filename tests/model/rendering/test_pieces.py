@@ -60,7 +60,7 @@ def test_alone_and_cut_leave_what_a_mask_leaves():
         first.left(cut, True)
     # Of what a mask hides nothing is taken, nor where there is nothing.
     for mask, place in ((cut, (4, 4, 4)), (None, (10, 10, 10))):
-        with pytest.raises(TfscopeError, match="Nothing that the TF shows is here"):
+        with pytest.raises(TfscopeError, match="The TF shows nothing here"):
             pieces_at(volume(), inputs(mask=mask), at(*place))
 
 

@@ -260,7 +260,7 @@ FULL = TrainingJob(
         ({"settings": ("nonsense=1",)}, "no 'nonsense'"),
         ({"lighting": "none"}, "no light that could be moved"),
         ({"start": Path("runs/a")}, "write over the model"),
-        ({"faithful": True}, "a variant"),
+        ({"faithful": True}, "networks that look colours up"),
         ({"store": Path("s.zarr")}, "lighting and movable light and window and reuse"),
     ],
 )

@@ -105,7 +105,7 @@ def test_integers_far_from_0_are_told_apart(tmp_path, dtype, low, step):
     stored = np.array([low + int(s) for s in steps.ravel()], dtype).reshape(steps.shape)
     path = tmp_path / f"a_6x5x4_{dtype}_little.raw"
     path.write_bytes(stored.tobytes())
-    check(read_volume(path), steps, f"less {low}")
+    check(read_volume(path), steps, f"{low} is subtracted from all values")
     # Where floats can, nothing is changed.
     path.write_bytes((1000 * steps).astype(dtype).tobytes())
     assert read_volume(path).data_range == (0.0, 1000.0 * steps.max())
