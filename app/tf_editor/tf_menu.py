@@ -42,7 +42,13 @@ from model.scene.tf_presets import (
     presets,
     reversed_colors,
 )
-from model.scene.transfer_function import TF_SAMPLES, Range, TransferFunction
+from model.scene.transfer_function import (
+    TF_SAMPLES,
+    ColorTF,
+    OpacityTF,
+    Range,
+    TransferFunction,
+)
 from model.scene.value_scale import values_at
 
 PICTURE = 96  # sides of a picture, in pixels
@@ -338,38 +344,31 @@ class TransferFunctionMenu(QObject):
         add_action(self.colors_menu, "Reverse the colours", self.reverse_colors)
 
     def _use_preset(self, preset: Preset) -> None:
-        self._commit(preset.tf, f"preset {preset.name}")
+        self._set(preset.tf, f"preset {preset.name}")
 
     def use_color_map(self, name: str) -> None:
         """Replace the colours by a map's: one undo step."""
-        color = color_tf_of_map(name, self._state.scalar_range)
-        self._change(lambda tf: replace(tf, color=color), f"colours {name}")
+        self._recolor(color_tf_of_map(name, self._state.scalar_range), f"colours {name}")
 
     def reverse_colors(self) -> None:
         """Mirror the colours in the range: one undo step."""
-        self._change(lambda tf: replace(tf, color=reversed_colors(tf.color)), "reverse colours")
+        self._recolor(reversed_colors(self._state.transfer_function.color), "reverse colours")
 
     def to_curve(self) -> None:
         """Turn modes into a free curve of few points: one undo step."""
         opacity = self._state.transfer_function.opacity
         values = np.linspace(*opacity.scalar_range, TF_SAMPLES)
-        samples = zip(values.tolist(), opacity(values).tolist(), strict=True)
-        curve = fitted_curve(replace(opacity, modes=(), points=tuple(samples)))
-        self._change(lambda tf: replace(tf, opacity=curve), "as free curve")
+        samples = tuple(zip(values.tolist(), opacity(values).tolist(), strict=True))
+        self._reshape(fitted_curve(replace(opacity, modes=(), points=samples)), "as free curve")
 
     def to_modes(self) -> None:
         """Turn a free curve into modes: one undo step."""
-        modes = fitted_modes(self._state.transfer_function.opacity)
-        self._change(lambda tf: replace(tf, opacity=modes), "as modes")
+        self._reshape(fitted_modes(self._state.transfer_function.opacity), "as modes")
 
     def start_curve(self) -> None:
         """Begin with a free curve of no opacity: one undo step."""
-        lo, hi = self._state.scalar_range
-        points = (lo, 0.0), (hi, 0.0)
-        self._change(
-            lambda tf: replace(tf, opacity=replace(tf.opacity, modes=(), points=points)),
-            "new curve",
-        )
+        opacity, (lo, hi) = self._state.transfer_function.opacity, self._state.scalar_range
+        self._reshape(replace(opacity, modes=(), points=((lo, 0.0), (hi, 0.0))), "new curve")
 
     def type_range(self) -> None:
         """Open the popup with the two numbers of the range."""
@@ -397,10 +396,13 @@ class TransferFunctionMenu(QObject):
     def _set_follow(self, on: bool) -> None:
         self._moves.colors_follow = on
 
-    def _change(self, change: Callable[[TransferFunction], TransferFunction], text: str) -> None:
-        self._commit(change(self._state.transfer_function), text)
+    def _reshape(self, opacity: OpacityTF, text: str) -> None:
+        self._set(replace(self._state.transfer_function, opacity=opacity), text)
 
-    def _commit(self, tf: TransferFunction, text: str) -> None:
+    def _recolor(self, color: ColorTF, text: str) -> None:
+        self._set(replace(self._state.transfer_function, color=color), text)
+
+    def _set(self, tf: TransferFunction, text: str) -> None:
         if tf != self._state.transfer_function:
             self._state.tf_input.set(tf, text)
             self._moves.select_strongest()

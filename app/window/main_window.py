@@ -86,6 +86,7 @@ class MainWindow(WindowParts):
             (self.state.tf_input.paneChanged, self._show_panes),
             (self.reference.canvas.resized, self._note_pixels),
             (self.generator.canvas.resized, self._note_pixels),
+            (self.panes.arranged, self._note_pixels),
             (self.editor.menu.scale_wanted, workspace.opening.show_on_scale),
             (self.browser.problem, lambda text: fail(text, "browser")),
             (self.browser.preview.tfChanged, self.overlays.preview),
@@ -97,9 +98,10 @@ class MainWindow(WindowParts):
         self._show_light()
 
     def _note_pixels(self) -> None:
-        """Have images of the size of a pane that is in sight: a hidden one may have none."""
-        pixels = self.panes.images[0].canvas.pixels
-        self.workspace.reference.set_pane_pixels(*pixels)
+        """Have images of the size of a pane that is in sight, once it is laid out."""
+        canvas = self.panes.images[0].canvas
+        if canvas.width() >= canvas.minimumSizeHint().width():
+            self.workspace.reference.set_pane_pixels(*canvas.pixels)
 
     @property
     def errors(self) -> list[str]:

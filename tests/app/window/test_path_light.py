@@ -117,6 +117,14 @@ def test_the_generators_image_alone_is_as_large_as_its_pane(qtbot, make_window):
     window.panes.show_images("generator")
     # What is hidden may have no size.
     window.reference.canvas.resize(0, 100)
-    canvas = window.generator.canvas
-    qtbot.waitUntil(lambda: canvas.width() > 1.5 * canvas.height())
-    qtbot.waitUntil(lambda: (canvas.image.width(), canvas.image.height()) == canvas.pixels)
+
+    def fills(canvas):
+        pixels = canvas.image and (canvas.image.width(), canvas.image.height())
+        return canvas.width() > 1.5 * canvas.height() and pixels == canvas.pixels
+
+    qtbot.waitUntil(lambda: fills(window.generator.canvas))
+    # Nor has one that has just come, while the other, as large as before, is no longer hidden.
+    window.reference.canvas.resize(window.generator.canvas.size())
+    window.generator.canvas.resize(0, 100)
+    window.panes.show_images("reference")
+    qtbot.waitUntil(lambda: fills(window.reference.canvas))
