@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -217,7 +218,7 @@ class OrientationCube(QWidget):
             self.update()
 
 
-def _visible(axes: dict[str, str], labels: dict[str, str], state: ViewerState) -> list[_Face]:
+def _visible(axes: Mapping[str, str], labels: dict[str, str], state: ViewerState) -> list[_Face]:
     """Faces that are seen in the state's view, each upright in its own standard view."""
     basis = state.view.basis()
     eye = FAR if state.view.is_orthographic else EYE

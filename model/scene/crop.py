@@ -5,9 +5,6 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
 from model.errors import TfscopeError
 from model.scene.volume import Triple
 
@@ -75,10 +72,6 @@ class CropBox:
         lows[axis], highs[axis] = low, high
         (x0, y0, z0), (x1, y1, z1) = lows, highs
         return CropBox((x0, y0, z0), (x1, y1, z1))
-
-    def numbers(self) -> NDArray[np.float64]:
-        """Return the planes as an array: low x, y and z, then high x, y and z."""
-        return np.array([*self.low, *self.high])
 
 
 WITHOUT_VOLUME = (2, 2, 2)  # dimensions before a volume is opened; nothing can be cropped off these

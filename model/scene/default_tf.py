@@ -73,11 +73,13 @@ def default_transfer_function(volume: Volume) -> TransferFunction:
     # Halfway to the window's end, the highest mode still has a third of its opacity; but it
     # must not cover the one below.
     widest = max(width, 0.4 * (means[-1] - means[-2]), 0.5 * (window_hi - means[-1]))
-    modes = tuple(
-        GaussianMode(mean, wide, _amplitude(base, _share(counts, centers, mean, wide)))
-        for mean, wide, base in zip(means, (width, width, widest), MODE_AMPLITUDES, strict=True)
-    )
-    opacity = _raised(OpacityTF((lo, hi), modes, scale=volume.scale), thinned)
+    modes = []
+    for mean, wide, base in zip(means, (width, width, widest), MODE_AMPLITUDES, strict=True):
+        share = counts[np.abs(centers - mean) <= wide].sum() / max(counts.sum(), 1)
+        amplitude = base * (TYPICAL_SHARE / max(share, 1e-6)) ** 0.5
+        amplitude = round(min(max(amplitude, LEAST_AMPLITUDE), MOST_AMPLITUDE), 3)
+        modes.append(GaussianMode(mean, wide, float(amplitude)))
+    opacity = _raised(OpacityTF((lo, hi), tuple(modes), scale=volume.scale), thinned)
     colors = (END_COLORS[0], *MODE_COLORS, END_COLORS[1])
     stops = tuple((value, *color) for value, color in zip((lo, *means, hi), colors, strict=True))
     return TransferFunction(opacity, ColorTF((lo, hi), stops))
@@ -90,19 +92,6 @@ def _balanced_means(counts: NDArray[np.int64], edges: NDArray[np.float64]) -> li
     number = len(MODE_AMPLITUDES)
     targets = shares[-1] * (np.arange(number) + 0.5) / number
     return [float(v) for v in np.interp(targets, shares, edges)]
-
-
-def _share(
-    counts: NDArray[np.int64], centers: NDArray[np.float64], mean: float, width: float
-) -> float:
-    """Fraction of the counted voxels within one width of the mean."""
-    return float(counts[np.abs(centers - mean) <= width].sum() / max(counts.sum(), 1))
-
-
-def _amplitude(base: float, share: float) -> float:
-    """Opacity of a mode, higher for rarer values, within the limits."""
-    rarity = TYPICAL_SHARE / max(share, 1e-6)
-    return round(min(max(base * rarity**0.5, LEAST_AMPLITUDE), MOST_AMPLITUDE), 3)
 
 
 def _rim(volume: ThinnedVolume) -> NDArray[np.int64]:

@@ -162,7 +162,10 @@ def narrow_part(opacity: OpacityTF, color: ColorTF | None = None) -> NarrowPart 
     A step of a curve is none: it is drawn as a slope of one entry, wherever it is. Narrow parts of
     colours count where something is seen of them.
     """
-    parts = [*(_of_curve(opacity) if opacity.points else _of_modes(opacity))]
+    parts = [*_of_modes(opacity)]
+    if opacity.points:
+        values, heights = np.array(opacity.points).T
+        parts += _of_heights(values, heights, opacity.bin_width, LEAST_RISE * heights.max())
     if color is not None:
         parts += _of_colors(color, opacity)
     if not parts:
@@ -189,12 +192,6 @@ def _of_modes(opacity: OpacityTF) -> Iterator[tuple[float, float, float]]:
             yield mode.mean - reach, mode.mean + reach, mode.width
 
 
-def _of_curve(opacity: OpacityTF) -> Iterator[tuple[float, float, float]]:
-    """Yield the same of each peak and dip of a free curve that is narrower than an entry."""
-    values, heights = np.array(opacity.points).T
-    yield from _of_heights(values, heights, opacity.bin_width, LEAST_RISE * heights.max())
-
-
 def _of_colors(color: ColorTF, opacity: OpacityTF) -> Iterator[tuple[float, float, float]]:
     """Yield the same of each peak and dip of red, green and blue where the TF is opaque."""
     values, *channels = np.array(color.stops).T
@@ -208,6 +205,7 @@ def _of_colors(color: ColorTF, opacity: OpacityTF) -> Iterator[tuple[float, floa
 def _of_heights(
     values: NDArray[np.float64], heights: NDArray[np.float64], entry: float, least: float
 ) -> Iterator[tuple[float, float, float]]:
+    """Yield the same of each peak and dip of a curve that is narrower than an entry."""
     for curve in (heights, -heights):
         for first, last in _tops(curve):
             part = _narrow_top(values, curve, first, last, entry, least)

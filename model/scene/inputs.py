@@ -1,14 +1,13 @@
 """Scene inputs: the variables that one image of a scene depends on, declared once.
 
-:data:`INPUT_FIELDS` defines for each input its random distribution, its stored form,
-its encoding for networks, and the check against the scene's training range. Sampler,
-store, networks and window follow this table; a new input needs a field of
-:class:`SceneInputs`, an entry of the table, and support by renderers and widgets.
+:data:`INPUT_FIELDS` defines for each input that models are trained with its random distribution,
+its stored form, its encoding for networks, and the check against the scene's training range.
+Sampler, store and networks follow this table. Other inputs are in :data:`CHOSEN`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
 from typing import Any
 
@@ -81,15 +80,15 @@ class InputField:
     shape: tuple[int, ...]  # shape of one stored value
     dtype: str  # data type of stored values
     numbers: int  # length of its part of the condition vector; 0 for TFs
-    varies: Callable[[Scene], bool]
-    """Returns True if the input varies among images of a scene; otherwise it is neither drawn,
-    stored nor encoded."""
     draw: Callable[[np.random.Generator, Scene, dict[str, Any]], Any]
     """Draws a value, given a random generator, the scene and the inputs drawn before."""
     store: Callable[[Any, Scene], NDArray[Any]]  # converts a value to an array of `shape`
     encode: Callable[[NDArray[Any], Scene], NDArray[np.float32]]
     """Encodes stored values (N, ...) as float32, in [-1, 1] inside the scene's ranges."""
     outside: Callable[[Any, Scene], list[str]]  # parts of a value outside the training range
+    varies: Callable[[Scene], bool] = lambda scene: True
+    """Returns True if the input varies among images of a scene; otherwise it is neither drawn,
+    stored nor encoded."""
 
 
 def _view_outside(view: View, scene: Scene) -> list[str]:
@@ -132,39 +131,12 @@ def _light_outside(light: LightDirection | None, scene: Scene) -> list[str]:
     return found
 
 
-def _chosen(
-    name: str,
-    numbers: int,
-    dtype: str,
-    store: Callable[[Any], Any],
-    encode: Callable[[NDArray[Any]], NDArray[np.float32]],
-    said: str,
-) -> InputField:
-    """Define an input that only users choose: models are trained with None, and know no other."""
-    return InputField(
-        name=name,
-        shape=() if dtype == "bool" else (numbers,),
-        dtype=dtype,
-        numbers=numbers,
-        varies=lambda scene: False,
-        draw=lambda rng, scene, drawn: None,
-        store=lambda value, scene: np.array(store(value)),
-        encode=lambda rows, scene: encode(rows),
-        outside=lambda value, scene: [] if value is None else [said],
-    )
-
-
-def _signs(rows: NDArray[Any]) -> NDArray[np.float32]:
-    return (2.0 * rows[:, None] - 1).astype(np.float32)
-
-
 INPUT_FIELDS: tuple[InputField, ...] = (
     InputField(
         name="view",
         shape=(4,),
         dtype="float64",
         numbers=VIEW_PARAMETERS,
-        varies=lambda scene: True,
         draw=lambda rng, scene, drawn: draw_view(rng, scene.view_range),
         # Samples are not panned.
         store=lambda view, scene: np.array([*vars(view).values()][:4]),
@@ -178,7 +150,6 @@ INPUT_FIELDS: tuple[InputField, ...] = (
         shape=(TF_SAMPLES,),
         dtype="float32",
         numbers=0,
-        varies=lambda scene: True,
         draw=lambda rng, scene, drawn: draw_opacity_tf(rng, scene),
         store=lambda tf, scene: tf.sample(scene.scalar_range),
         encode=lambda rows, scene: 2 * rows.astype(np.float32) - 1,
@@ -189,7 +160,6 @@ INPUT_FIELDS: tuple[InputField, ...] = (
         shape=(TF_SAMPLES, 3),
         dtype="float32",
         numbers=0,
-        varies=lambda scene: True,
         draw=lambda rng, scene, drawn: draw_color_tf(rng, scene, drawn["opacity_tf"]),
         store=lambda tf, scene: tf.sample(scene.scalar_range),
         # Networks take CIELAB, channels first (paper, section 6).
@@ -209,28 +179,16 @@ INPUT_FIELDS: tuple[InputField, ...] = (
         ),
         outside=_light_outside,
     ),
-    _chosen(
-        "crop",
-        6,
-        "float64",
-        lambda crop: (crop or CropBox()).numbers(),
-        lambda rows: (2 * rows - 1).astype(np.float32),
-        "a crop box",
-    ),
-    _chosen(
-        "clip",
-        4,
-        "float64",
-        lambda clip: np.zeros(4) if clip is None else clip.numbers(),
-        lambda rows: rows.astype(np.float32),
-        "a clipping plane",
-    ),
-    _chosen(
-        "interpolates", 1, "bool", lambda value: value is not False, _signs, "another interpolation"
-    ),
-    _chosen("mask", 1, "bool", lambda mask: mask is not None, _signs, "a mask"),
 )
-"""All inputs, in drawing order; `view` is the first condition."""
+"""Inputs that models are trained with, in drawing order; `view` is the first condition."""
+
+CHOSEN = {
+    "crop": "a crop box",
+    "clip": "a clipping plane",
+    "interpolates": "another interpolation",
+    "mask": "a mask",
+}
+"""Inputs that only users choose, and what they are called: models know none but None."""
 
 
 def varying(scene: Scene) -> list[InputField]:
@@ -274,11 +232,10 @@ def encode_inputs(arrays: Arrays, scene: Scene) -> dict[str, NDArray[np.float32]
 
 def outside_range(inputs: SceneInputs, scene: Scene) -> str:
     """Describe the inputs outside a generator's training range in one line; empty if none."""
-    parts: Iterable[str] = (
-        text for f in INPUT_FIELDS for text in f.outside(getattr(inputs, f.name), scene)
-    )
+    parts = [text for f in INPUT_FIELDS for text in f.outside(getattr(inputs, f.name), scene)]
+    parts += [text for name, text in CHOSEN.items() if getattr(inputs, name) is not None]
     found = ", ".join(parts)
     return f"Outside the training range: {found}" if found else ""
 
 
-assert {f.name for f in fields(SceneInputs)} == {f.name for f in INPUT_FIELDS}
+assert {f.name for f in fields(SceneInputs)} == {f.name for f in INPUT_FIELDS} | CHOSEN.keys()

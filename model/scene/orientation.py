@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cache
 
@@ -96,13 +96,9 @@ shows the middle, so wide as a part of the image's height."""
 CLOSEST = 0.1  # least distance of what is shown in the home view, in bounding-sphere radii
 
 
-def faces(up: str, front: str = "") -> dict[str, str]:
-    """Return the axis that faces the camera in each of :data:`STANDARD_VIEWS`."""
-    return dict(_faces(up, front))
-
-
 @cache
-def _faces(up: str, front: str) -> dict[str, str]:
+def faces(up: str, front: str = "") -> Mapping[str, str]:
+    """Return the axis that faces the camera in each of :data:`STANDARD_VIEWS`."""
     frame = upright_frame(up, front)
     backs = {name: View(*angles).basis()[2] @ frame for name, angles in STANDARD_VIEWS.items()}
     return {name: _nearest_axis(back) for name, back in backs.items()}

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import colorsys
 from collections.abc import Callable
+from functools import partial
 from typing import Literal
 
 import numpy as np
@@ -73,11 +74,9 @@ def draw_opacity_tf(rng: np.random.Generator, scene: Scene) -> OpacityTF:
 def opacity_tf_of(kind: OpacityKind, rng: np.random.Generator, scene: Scene) -> OpacityTF:
     """Draw an opacity TF of one kind.
 
-    "modes": a mixture of 1 to 5 Gaussian modes; "ramp": from nothing at one value to an opacity at
-    another, that holds from there on; "plateau": the same with an opacity that is log-uniform from
-    .01; "step": a ramp over :data:`MIN_WIDTH_BINS`; "band": a trapezoid; "curve": straight lines
-    between 3 to 8 points; "constant": one opacity, log-uniform from .001 to 1; "nearly empty":
-    modes of at most .01; "empty".
+    A ramp and a plateau rise from nothing at one value to an opacity that holds from another on; a
+    step does so over :data:`MIN_WIDTH_BINS`; a band is a trapezoid, a curve straight lines between
+    points. What is nearly empty has modes of at most .01.
     """
     if kind == "modes":
         return _modes(rng, scene)
@@ -126,12 +125,7 @@ def draw_color_tf(rng: np.random.Generator, scene: Scene, opacity: OpacityTF) ->
 
 
 def _modes(rng: np.random.Generator, scene: Scene) -> OpacityTF:
-    """Draw a mixture of 1 to 5 Gaussian modes, as the paper.
-
-    Means are uniform in the window; widths uniform from a floor of two bins to half the
-    distance to the nearer end of the range; amplitudes uniform in 0.1..1, divided by their
-    sum when there is more than one mode.
-    """
+    """Draw a mixture of 1 to 5 Gaussian modes, as the paper."""
     lo, hi = scene.scalar_range
     count = int(rng.integers(1, MAX_MODES + 1))
     means = rng.uniform(*scene.scalar_window, count)
@@ -151,19 +145,11 @@ def _modes(rng: np.random.Generator, scene: Scene) -> OpacityTF:
 Points = list[tuple[float, float]]
 
 
-def _ramp(rng: np.random.Generator, scene: Scene) -> Points:
-    first, last = sorted(rng.uniform(*scene.scalar_window, 2))
-    return [(first, 0.0), (last + _edge(scene), rng.uniform(0.05, 1.0))]
-
-
-def _plateau(rng: np.random.Generator, scene: Scene) -> Points:
-    first, last = sorted(rng.uniform(*scene.scalar_window, 2))
-    return [(first, 0.0), (last + _edge(scene), float(np.exp(rng.uniform(np.log(0.01), 0))))]
-
-
-def _step(rng: np.random.Generator, scene: Scene) -> Points:
-    value = rng.uniform(*scene.scalar_window)
-    return [(value, 0.0), (value + _edge(scene), rng.uniform(0.05, 1.0))]
+def _ramp(rng: np.random.Generator, scene: Scene, ends: int = 2, least: float = 0.0) -> Points:
+    """From nothing at one value; with a least opacity, to one that is log-uniform from there."""
+    first, *_, last = 2 * sorted(rng.uniform(*scene.scalar_window, ends))
+    height = float(np.exp(rng.uniform(np.log(least), 0))) if least else rng.uniform(0.05, 1.0)
+    return [(first, 0.0), (last + _edge(scene), height)]
 
 
 def _band(rng: np.random.Generator, scene: Scene) -> Points:
@@ -194,8 +180,8 @@ def _edge(scene: Scene) -> float:
 
 _POINTS: dict[OpacityKind, Callable[[np.random.Generator, Scene], Points]] = {
     "ramp": _ramp,
-    "plateau": _plateau,
-    "step": _step,
+    "plateau": partial(_ramp, least=0.01),
+    "step": partial(_ramp, ends=1),
     "band": _band,
     "curve": _curve,
     "constant": _constant,

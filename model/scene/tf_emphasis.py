@@ -35,10 +35,7 @@ TAIL = 1.5  # widths from its mean within which a mode is isolated as it is: to 
 
 
 def add_mode(opacity: OpacityTF, value: float, width: float, height: float) -> OpacityTF:
-    """Add a mode of a height, 0 to 1; to a curve of points, add its shape.
-
-    The width is its standard deviation, in the data's units.
-    """
+    """Add a mode of a height and a standard deviation; to a curve of points, add its shape."""
     mode = _mode(value, width, min(max(height, 0.0), 1.0))
     if not opacity.points:
         return replace(opacity, modes=(*opacity.modes, mode))
@@ -57,7 +54,8 @@ def add_striking_mode(
     opacities, so that an image changes by what the mode adds, and not by new colours. For value,
     width and height see :func:`add_mode`; `shown` (n, 3) are the colours in the region, in [0, 1].
     """
-    stops = _values_in_reach(tf.color, value, width)
+    around = value + width * np.array([-2.0, -1.0, 0.0, 1.0, 2.0])
+    stops = np.unique(np.clip(around, *tf.color.scalar_range))
     added = height * np.exp(-(((stops - value) / width) ** 2) / 2)
     shares = added / np.maximum(added + tf.opacity(stops), TINY)
     # From two widths away, colours are as they were.
@@ -86,12 +84,6 @@ def striking_color(shown: NDArray[np.floating]) -> tuple[float, float, float]:
     return STRIKING_COLORS[int(nearest.argmax())]
 
 
-def _values_in_reach(color: ColorTF, value: float, width: float) -> NDArray[np.float64]:
-    """Values up to two widths from one, inside the range: where a mode has its colour."""
-    values = value + width * np.array([-2.0, -1.0, 0.0, 1.0, 2.0])
-    return np.unique(np.clip(values, *color.scalar_range))
-
-
 def _recolored(color: ColorTF, values: NDArray[np.float64], colors: NDArray[np.float64]) -> ColorTF:
     """Replace the stops between some values, the first and the last included, by others."""
     kept = [stop for stop in color.stops if not values[0] <= stop[0] <= values[-1]]
@@ -101,10 +93,9 @@ def _recolored(color: ColorTF, values: NDArray[np.float64], colors: NDArray[np.f
 
 
 def raise_value(opacity: OpacityTF, value: float, width: float) -> OpacityTF:
-    """Double the opacity around a value, with a standard deviation of a width in the data's units.
+    """Double the opacity around a value; modes as wholes, by how much they add there.
 
-    Modes are raised whole, each by how much it contributes at the value, to 1 at most. Where no
-    mode is near, one of opacity .05 is added.
+    Where no mode is near, one of opacity .05 is added. The width is a standard deviation.
     """
     is_there = float(opacity(value)) > TINY if opacity.points else _is_near(opacity, value, width)
     if not is_there:

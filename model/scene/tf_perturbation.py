@@ -1,9 +1,7 @@
 """Smooth edits of the opacity TF, for which sensitivities are given.
 
-A derivative by one of an opacity TF's 256 samples is the effect of changing a
-single bin. Users do not edit single bins, and networks are trained on smooth TFs
-only, so that such derivatives are dominated by the encoder's noise. Generator and
-renderer therefore both give sensitivities to Gaussian edits of some width.
+Users do not edit single bins, and networks, which are trained on smooth TFs only, answer these with
+noise. Generator and renderer therefore both give sensitivities to Gaussian edits of some width.
 """
 
 from __future__ import annotations
@@ -26,23 +24,15 @@ to the renderer's sensitivities rose from 0.19 for single bins to 0.61.
 
 
 def edit_around(value: float, scalar_range: Range, width: float) -> NDArray[np.float32]:
-    """Return a smooth edit (256,) around a scalar value, whose opacities add up to 1.
-
-    The width is a standard deviation in bins, 0 for the nearest bin alone. It is cut off at the
-    ends of the TF. A derivative along it is the entry, at the value's bin, of
-    :func:`response_to_edits`.
-    """
+    """Return the edit of :func:`edit_over` (256,) around one scalar value."""
     return edit_over((value, value), scalar_range, width)
 
 
-def edit_over(
-    values: tuple[float, float], scalar_range: Range, width: float
-) -> NDArray[np.float32]:
-    """Return a smooth edit (256,) that has an interval of values in full; its opacities add up to
-    1.
+def edit_over(values: Range, scalar_range: Range, width: float) -> NDArray[np.float32]:
+    """Return a smooth edit (256,) that has an interval of values in full.
 
-    The width is the flanks' standard deviation in bins, 0 for the interval's bins alone. It is cut
-    off at the ends of the TF.
+    Its opacities add up to 1. The width is the flanks' standard deviation in bins, 0 for the
+    interval's bins alone.
     """
     first, last = (_bin(value, scalar_range) for value in values)
     flat = np.zeros(TF_SAMPLES, dtype=np.float32)
@@ -59,10 +49,9 @@ def band_of_edit(values: Range, scalar_range: Range, width: float) -> Range:
 
 
 def spaced_edits(width: float) -> tuple[NDArray[np.int64], NDArray[np.float32]]:
-    """Return smooth edits close enough for the responses between them to be interpolated.
+    """Return bins (n,) and opacities (n, 256) of edits between which responses are interpolated.
 
-    They are their places (n,), from the TF's first bin to its last, and opacities (n, 256). The
-    width is their standard deviation in bins; they are 2/3 of it apart, in whole bins.
+    The width is their standard deviation in bins; they are 2/3 of it apart.
     """
     spacing = max(1, math.ceil(2 * width / 3))
     count = -(-(TF_SAMPLES - 1) // spacing) + 1
@@ -88,11 +77,7 @@ def at_all_bins(bins: NDArray[np.int64], values: NDArray[np.floating]) -> NDArra
 
 
 def response_to_edits(slopes: NDArray[np.float32], width: float) -> NDArray[np.float32]:
-    """Convert derivatives (..., 256) by single bins to responses to smooth edits around each value.
-
-    The width is the edits' standard deviation in bins, 0 for single bins. Their opacities add up to
-    1; they are cut off at the ends of the TF.
-    """
+    """Convert derivatives (..., 256) by single bins to responses to edits around each value."""
     if width == 0:
         return slopes
     from scipy.ndimage import gaussian_filter1d

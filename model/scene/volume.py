@@ -227,11 +227,7 @@ class Volume:
     @cached_property
     def missing_share(self) -> float:
         """Fraction of the voxels that is missing, 0 to below 1."""
-        return (
-            0.0
-            if self.missing is None
-            else float(np.count_nonzero(self.missing)) / (self.missing.size)
-        )
+        return 0.0 if self.missing is None else float(self.missing.mean())
 
     @property
     def missing_text(self) -> str:
@@ -257,8 +253,7 @@ class Volume:
         """Voxels clamped to the scalar range, of the same type and shape (nz, ny, nx).
 
         Not to be interpolated: between a voxel and one beyond the range, clamped before, values
-        would lie elsewhere. Integers are clamped to the whole numbers at or around the range's
-        ends. The voxels themselves, without a copy, where none lies beyond the range.
+        would lie elsewhere. The voxels themselves, without a copy, where none lies beyond it.
         """
         lo, hi = self.scalar_range
         lowest, highest = self.data_range
@@ -279,7 +274,8 @@ class Volume:
     @property
     def extent(self) -> Triple:
         """Distance between the first and the last voxel centre along x, y and z."""
-        return extent_of(self.dimensions, self.spacing)
+        x, y, z = ((n - 1) * step for n, step in zip(self.dimensions, self.spacing, strict=True))
+        return x, y, z
 
     @property
     def center(self) -> Triple:
@@ -386,12 +382,6 @@ class Volume:
         if self.missing is not None:
             digest.update(np.packbits(self.missing).data)
         return digest.hexdigest()
-
-
-def extent_of(dimensions: tuple[int, int, int], spacing: Triple) -> Triple:
-    """Distance between the first and the last node of a grid along x, y and z."""
-    x, y, z = ((count - 1) * step for count, step in zip(dimensions, spacing, strict=True))
-    return x, y, z
 
 
 def is_resolved(scalar_range: Range) -> bool:
