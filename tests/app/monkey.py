@@ -1,7 +1,7 @@
 """A monkey at the window: random events, and engines that raise, hang and die at random.
 
-``QT_QPA_PLATFORM=offscreen PYTHONPATH=tests/app:tests:. python -m tests.app.monkey --events 5000``
-prints memory and threads; :mod:`test_killed_window` has a short run.
+``QT_QPA_PLATFORM=offscreen PYTHONPATH=tests/app:tests:. python -m tests.app.monkey --events 5000``;
+:mod:`test_launch` has a short run.
 """
 
 import argparse
@@ -11,7 +11,9 @@ import re
 import sys
 import threading
 import time
-from dataclasses import dataclass, field, replace
+import traceback
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 from mouse_events import wheel
@@ -35,18 +37,14 @@ from app.engines.worker import THREAD_PREFIX
 from app.window.main_window import MainWindow
 from model.errors import RenderError
 
-WINDOW_SIZE = 1280, 860
-
 KEYS = "RLSWFGTPVMCKXYZ123456789[]+-"
 SPECIAL = [
     Qt.Key.Key_Left, Qt.Key.Key_Right, Qt.Key.Key_Up, Qt.Key.Key_Down, Qt.Key.Key_Delete,
     Qt.Key.Key_Escape, Qt.Key.Key_Return, Qt.Key.Key_Tab, Qt.Key.Key_Home, Qt.Key.Key_Space,
 ]  # fmt: skip
 BUTTONS = [Qt.MouseButton.LeftButton] * 4 + [Qt.MouseButton.MiddleButton]
-MODIFIERS = [Qt.KeyboardModifier.NoModifier] * 3 + [
-    Qt.KeyboardModifier.ShiftModifier,
-    Qt.KeyboardModifier.ControlModifier,
-]
+NONE, SHIFT = Qt.KeyboardModifier.NoModifier, Qt.KeyboardModifier.ShiftModifier
+MODIFIERS = [NONE] * 3 + [SHIFT, Qt.KeyboardModifier.ControlModifier]
 SETTLE_S = 20.0
 SKIPPED = re.compile(r"quit|close|train|export\.\.\.", re.IGNORECASE)
 
@@ -57,12 +55,6 @@ class UnreliableEngine(FakeEngine):
     rng = random.Random(0)
     calm = False
 
-    def image(self, request, watch=UNWATCHED):
-        # Nothing is kept of what was asked: memory is watched.
-        self.requests.clear()
-        self.threads.clear()
-        return super().image(request, watch)
-
     def images(self, request, watch=UNWATCHED):
         self._wait_or_fail()
         return super().images(request, watch)
@@ -72,19 +64,12 @@ class UnreliableEngine(FakeEngine):
         return super().visibility(request)
 
     def _wait_or_fail(self):
-        self.others.clear()
         if self.calm:
             return
-        chance = self.rng.random()
-        if chance < 0.05:
-            raise RenderError("The engine does not feel like it; try again.")
-        if chance < 0.08:
-            raise KeyError("a defect")
-        if chance < 0.09:
-            raise MemoryError
-        if chance < 0.10:
-            raise SystemExit("the thread dies")
-        if chance < 0.16:
+        errors = RenderError("Try again."), KeyError("a defect"), MemoryError(), SystemExit("dies")
+        if self.rng.random() < 0.1:
+            raise self.rng.choice(errors)
+        if self.rng.random() < 0.06:
             time.sleep(0.2 * self.rng.random())
 
 
@@ -92,38 +77,18 @@ class UnreliableBuilders(FakeBuilders):
     """Builds such engines, or fails at that."""
 
     def reference(self, volume, settings):
-        self.settings.clear()
         return self._engine(None)
 
     def analyst(self, volume, settings):
         return self._engine(None)
 
     def generator(self, folder, device):
-        engine = super().generator(folder, device)
-        self.generators.clear()
-        return self._engine(engine.scene)
+        return self._engine(super().generator(folder, device).scene)
 
     def _engine(self, scene):
         if not UnreliableEngine.calm and UnreliableEngine.rng.random() < 0.1:
             raise RenderError("The engine cannot be built; try again.")
         return UnreliableEngine(scene)
-
-
-def resident_mb():
-    """Resident memory of this process, in MB; 0 where the system does not tell."""
-    try:
-        found = re.search(r"VmRSS:\s+(\d+)", Path("/proc/self/status").read_text())
-    except OSError:
-        return 0.0
-    return int(found[1]) / 1024 if found else 0.0
-
-
-@dataclass
-class Findings:
-    errors: list[str] = field(default_factory=list)
-    """Exceptions that nobody caught, pictures of another state, windows that never settled."""
-    memory: list[float] = field(default_factory=list)  # resident memory in MB, at each rest
-    threads: list[str] = field(default_factory=list)  # alive after the window was closed
 
 
 class Monkey:
@@ -132,21 +97,23 @@ class Monkey:
     def __init__(self, window, seed):
         self.window = window
         self.rng = random.Random(seed)
-        self.found = Findings()
+        self.errors = []  # exceptions that nobody caught, pictures of another state, no rest
         self.shown = {}
         self.last = ""
         # Menus of buttons wait for an answer in loops of their own.
-        self._closing = QTimer(window, interval=20)
-        self._closing.timeout.connect(close_popup)
-        self._closing.start()
+        closing = QTimer(window, interval=20)
+        closing.timeout.connect(close_popup)
+        closing.start()
         for name in ("generator", "reference"):
-            pane = getattr(window, name)
-            pane.imageShown.connect(lambda inputs, _i, name=name: self.shown.update({name: inputs}))
+            getattr(window, name).imageShown.connect(partial(self._note, name))
+
+    def _note(self, name, inputs, _image):
+        self.shown[name] = inputs
 
     def play(self, events, rest_every=250):
         """Make events; rest after each so many, and at the end."""
         choices = [self._press] * 6 + [self._drag] * 6 + [self._wheel] * 2 + [self._key] * 5
-        choices += [self._act] * 4 + [self._open] * 1 + [self._resize] * 1
+        choices += [self._act] * 4 + [self._open, self._resize]
         for number in range(1, events + 1):
             event = self.rng.choice(choices)
             self.last = event.__name__
@@ -167,8 +134,7 @@ class Monkey:
         state, workspace = self.window.state, self.window.workspace
         state.finish_view()
         self.window.show()
-        # Always the same, so that memory can be compared.
-        self.window.resize(*WINDOW_SIZE)
+        self.window.resize(1280, 860)
         self.window.latent_state.choose(shown=False)
         self.shown.clear()
         # Engines that could not be built are built again.
@@ -178,14 +144,13 @@ class Monkey:
         while not workspace.is_settled and time.perf_counter() < end:
             self._process(0.02)
         if not workspace.is_settled:
-            self.found.errors.append(f"{number}: it did not settle")
+            self.errors.append(f"{number}: it did not settle")
         for name, inputs in self.shown.items():
             pane = getattr(self.window, name)
             if pane.isVisible() and replace(inputs, crop=None) != replace(state.inputs, crop=None):
-                self.found.errors.append(f"{number}: the {name} shows another state")
+                self.errors.append(f"{number}: the {name} shows another state")
         QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
         gc.collect()
-        self.found.memory.append(resident_mb())
         UnreliableEngine.calm = False
 
     def _widget(self):
@@ -219,11 +184,9 @@ class Monkey:
             QTest.mouseRelease(widget, button, modifier, self._point(widget))
 
     def _wheel(self):
-        widget = self._widget()
-        if widget is None:
-            return
-        place, notches = QPointF(self._point(widget)), self.rng.choice([-2, -1, 1, 2])
-        wheel(widget, place, notches, keys=self.rng.choice(MODIFIERS))
+        if widget := self._widget():
+            place, notches = QPointF(self._point(widget)), self.rng.choice([-2, -1, 1, 2])
+            wheel(widget, place, notches, keys=self.rng.choice(MODIFIERS))
 
     def _key(self):
         widget = QApplication.focusWidget() or self.window
@@ -234,13 +197,8 @@ class Monkey:
         QTest.keyClick(widget, key, modifier)
 
     def _act(self):
-        actions = [
-            action
-            for action in self.window.findChildren(QAction)
-            if action.isEnabled() and action.menu() is None and not SKIPPED.search(action.text())
-        ]
-        if actions:
-            self.rng.choice(actions).trigger()
+        found = [a for a in self.window.findChildren(QAction) if a.isEnabled() and not a.menu()]
+        self.rng.choice([a for a in found if not SKIPPED.search(a.text())]).trigger()
 
     def _open(self):
         workspace = self.window.workspace
@@ -260,24 +218,35 @@ def label(widget):
 
 
 def close_popup():
-    popup = QApplication.activePopupWidget()
-    if popup is not None:
+    if popup := QApplication.activePopupWidget():
         popup.close()
 
 
-def monkey_at_work(events, seed, rest_every=250):
+def monkey_at_work(events, seed):
+    """Return what was found, and the names of the threads that are left."""
     QApplication.instance() or QApplication([])
-    _answer_dialogs()
+    # Dialogs that wait for an answer are cancelled at once.
+    QDialog.exec = QMessageBox.exec = lambda *_: 0
+    QMessageBox.question = lambda *_, **__: QMessageBox.StandardButton.No
+    for owner, names, answer in (
+        (QFileDialog, ("getOpenFileName", "getSaveFileName"), ("", "")),
+        (QFileDialog, ("getExistingDirectory",), ""),
+        (QInputDialog, ("getText", "getItem", "getDouble", "getInt"), ("", False)),
+    ):
+        for name in names:
+            setattr(owner, name, staticmethod(lambda *_, answer=answer, **__: answer))
     # As app/launch.py does: Qt's objects must not be collected in an engine's thread.
     gc.disable()
     UnreliableEngine.rng = random.Random(seed)
     volumes = {"ramp": make_volume(), "other": make_volume()}
     window = MainWindow(UnreliableBuilders(volumes=volumes).make())
     monkey = Monkey(window, seed)
-    caught = sys.excepthook
-    sys.excepthook = lambda kind, error, _trace: monkey.found.errors.append(
-        f"after {monkey.last}: {kind.__name__}: {error}; {_where(_trace)}"
-    )
+
+    def note(kind, error, trace):
+        where = traceback.extract_tb(trace)[-1:]
+        monkey.errors.append(f"after {monkey.last}: {kind.__name__}: {error}; {where}")
+
+    sys.excepthook = note
     try:
         UnreliableEngine.calm = True
         window.workspace.opening.open(Path("ramp"))
@@ -285,36 +254,15 @@ def monkey_at_work(events, seed, rest_every=250):
         window.show()
         monkey._process(1.0)
         UnreliableEngine.calm = False
-        monkey.play(events, rest_every)
+        monkey.play(events)
     finally:
         UnreliableEngine.calm = True
         window.close()
         window.deleteLater()
         monkey._process(0.2)
         QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
-        sys.excepthook = caught
-        gc.enable()
-    alive = [t.name for t in threading.enumerate() if t.name.startswith(THREAD_PREFIX)]
-    monkey.found.threads.extend(alive)
-    return monkey.found
-
-
-def _where(trace):
-    while trace is not None and trace.tb_next is not None:
-        trace = trace.tb_next
-    return "" if trace is None else f"{trace.tb_frame.f_code.co_filename}:{trace.tb_lineno}"
-
-
-def _answer_dialogs():
-    """Have dialogs that wait for an answer be cancelled at once."""
-    QDialog.exec = lambda *_: 0
-    QMessageBox.exec = lambda *_: 0
-    QMessageBox.question = lambda *_, **__: QMessageBox.StandardButton.No
-    for name in ("getOpenFileName", "getSaveFileName"):
-        setattr(QFileDialog, name, staticmethod(lambda *_, **__: ("", "")))
-    QFileDialog.getExistingDirectory = staticmethod(lambda *_, **__: "")
-    for name in ("getText", "getItem", "getDouble", "getInt"):
-        setattr(QInputDialog, name, staticmethod(lambda *_, **__: ("", False)))
+    names = [thread.name for thread in threading.enumerate()]
+    return monkey.errors, [name for name in names if name.startswith(THREAD_PREFIX)]
 
 
 def main():
@@ -323,14 +271,11 @@ def main():
     parser.add_argument("--events", type=int, default=5000)
     parser.add_argument("--seed", type=int, default=0)
     asked = parser.parse_args()
-    start = time.perf_counter()
-    found = monkey_at_work(asked.events, asked.seed)
-    print(f"{asked.events} events in {time.perf_counter() - start:.0f} s, seed {asked.seed}")
-    print("memory at each rest, MB: " + " ".join(f"{m:.0f}" for m in found.memory))
-    print(f"threads left: {found.threads}; errors: {len(found.errors)}")
-    for error in list(dict.fromkeys(found.errors))[:20]:
+    errors, threads = monkey_at_work(asked.events, asked.seed)
+    print(f"threads left: {threads}; errors: {len(errors)}")
+    for error in list(dict.fromkeys(errors))[:20]:
         print(" ", error)
-    return min(len(found.errors) + len(found.threads), 1)
+    return min(len(errors) + len(threads), 1)
 
 
 if __name__ == "__main__":

@@ -41,9 +41,8 @@ def type_over(box, text):
 @pytest.mark.parametrize(
     ("limits", "text", "shown"),
     [
-        ((0.0, 1.0), ".123456", "0.123456"), ((0.0, 1.0), "0.12345678901234", "0.123457"),
-        ((-1000.0, 3000.0), "-12.5", "-12.5"), ((1e-9, 3e-9), "2.5e-9", "2.5e-09"),
-        ((0.0, 1e12), "3e11", "3e+11"), ((1e6, 1e6 + 1), "1000000.12345", "1000000.12345"),
+        ((0.0, 1.0), "0.12345678901234", "0.123457"), ((1e-9, 3e-9), "2.5e-9", "2.5e-09"),
+        ((-1000.0, 3000.0), "-12.5", "-12.5"), ((1e6, 1e6 + 1), "1000000.12345", "1000000.12345"),
     ],
 )  # fmt: skip
 def test_a_typed_number_is_kept_to_its_last_digit(qtbot, boxes, limits, text, shown):
@@ -83,16 +82,6 @@ def test_a_whole_number_is_taken_as_typed_or_not_at_all(boxes, typed, value):
     assert pixels.text().startswith(typed.removesuffix(" px"))
     QTest.keyClick(pixels, Qt.Key.Key_Tab)
     assert other.hasFocus() and pixels.value() == value and pixels.text() == f"{value} px"
-
-
-def test_digits_that_are_rounded_beyond_the_limits_are_no_entry(boxes):
-    _, box = boxes
-    box.set_limits(0.0, 2 / 3)
-    box.show_value(2 / 3)
-    box.setFocus()
-    assert float(box.text()) > 2 / 3
-    QTest.keyClick(box, Qt.Key.Key_Return)
-    assert box.value() == 2 / 3 and not box.hasFocus()
 
 
 def test_after_enter_keys_are_the_windows(window, boxes):

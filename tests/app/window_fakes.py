@@ -93,19 +93,13 @@ class FakeEngine:
         rgba = self.image(request, watch)
         seconds = time.perf_counter() - begun
         yield Image(
-            rgba,
-            seconds,
-            self.description,
-            by_raycast=self.by_raycast,
-            is_preview=request.quality.live,
-            error=self.image_error,
-            quiet_seconds=seconds,
-        )
+            rgba, seconds, self.description, by_raycast=self.by_raycast, error=self.image_error,
+            is_preview=request.quality.live, quiet_seconds=seconds,
+        )  # fmt: skip
 
     def trade(self, request, watch=UNWATCHED):
         """The finer, the slower and the better."""
-        self.others.append(request)
-        self._wait_or_fail()
+        self._note(request)
         scales = np.array(sorted(SCALES), np.float32)
         return np.column_stack([scales / 10, (1 - scales) / 100])
 
@@ -121,22 +115,19 @@ class FakeEngine:
 
     def region_sensitivity(self, request, watch=UNWATCHED):
         """A peak at bin 100, so many times 1 as the region has pixels."""
-        self.others.append(request)
-        self._wait_or_fail()
+        self._note(request)
         pixels = request.region.mask(request.quality.pixels.shape).sum()
         bins = np.arange(256)
         return (pixels * np.exp(-((bins - 100) ** 2) / 200)).astype(np.float32)
 
     def value_sensitivity(self, request, watch=UNWATCHED):
         """The lowest value of the band in every pixel."""
-        self.others.append(request)
-        self._wait_or_fail()
+        self._note(request)
         return np.full((*request.quality.pixels.shape, 3), request.values[0], dtype=np.float32)
 
     def value_visibility(self, request, watch=UNWATCHED):
         """A hundredth of the distance of the lowest value from 100, in every pixel."""
-        self.others.append(request)
-        self._wait_or_fail()
+        self._note(request)
         shape = request.quality.pixels.shape
         return np.full(shape, (request.values[0] - 100) / 100, dtype=np.float32)
 
@@ -147,18 +138,18 @@ class FakeEngine:
         levels = 0.1 * np.arange(1 + len(request.more), dtype=np.float32)
         return np.ones((len(levels), *shape, 4), np.float32) * levels[:, None, None, None]
 
-    def _not_offered(self, request):
-        self.others.append(request)
-        raise NotOfferedError("The fake does not offer that.")
-
     def latent_images(self, request):
         """Images as bright as the first number of their codes, in [-1, 1]."""
-        if not self.draws_codes:
-            return self._not_offered(request)
         self.others.append(request)
+        if not self.draws_codes:
+            raise NotOfferedError("The fake does not offer that.")
         levels = (np.array(request.codes, np.float32)[:, 0] + 1) / 2
         shape = request.quality.pixels.shape
         return np.ones((len(levels), *shape, 4), np.float32) * levels[:, None, None, None]
+
+    def _note(self, request):
+        self.others.append(request)
+        self._wait_or_fail()
 
     def _wait_or_fail(self):
         if self.gate is not None:

@@ -15,10 +15,9 @@ from model.networks.card import load_card
 from model.networks.size import NetworkSize
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.rendering.vtk_renderer import VtkRenderer
-from model.samples.sample_store import SampleStore
 from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs
-from model.scene.scene import LightDirection, Scene
+from model.scene.scene import LightDirection
 from model.scene.transfer_function import ColorTF, OpacityTF, TransferFunction
 from model.scene.view import View
 from model.training.options import TrainingOptions
@@ -57,14 +56,6 @@ def one_line(capsys):
     return lines[0]
 
 
-def test_info_of_a_model(trained, capsys):
-    assert run(["info", str(trained)]) == 0
-    out = capsys.readouterr().out
-    assert "ball" in out
-    assert "64 x 64" in out
-    assert "hold-out rmse" in out
-
-
 def test_vtk_renders_what_the_renderer_renders(raw_file, tf_file, tmp_path):
     out = tmp_path / "image.npy"
     arguments = f"render --renderer vtk --volume {raw_file} --view 30,20,5,0.8 --tf {tf_file}"
@@ -89,7 +80,6 @@ def test_samples_can_be_closer_but_not_in_path_traced_light(raw_file, tf_file, t
     renderer = RaycastRenderer(read_volume(raw_file))
     inputs = SceneInputs(View(30, 20, 0, 1), tf.opacity, tf.color)
     np.testing.assert_array_equal(np.load(out), renderer.render(inputs, 48, 0.1))
-    assert abs(np.load(out) - renderer.render(inputs, 48)).max() > 1e-3
     renderer.close()
     assert run([*close, "--lighting", "path"]) == 2
     assert "give --samples" in " ".join(capsys.readouterr().err.split())
@@ -122,20 +112,19 @@ def test_the_sensitivity_of_a_region_predicts_an_edit(raw_file, tf_file, tmp_pat
 
 def test_a_sensitivity_as_a_table(raw_file, tmp_path):
     base = f"sensitivity --volume {raw_file} --size 16 --out {tmp_path}"
-    for question, rows in (("--region 4,4,12,12", 256), ("--value 120", 256), ("--block 8", 1024)):
+    for question, names in (
+        ("--region 4,4,12,12", ["sensitivity"]), ("--value 120", ["red", "green", "blue"]),
+        ("--block 8", ["sensitivity"]),
+    ):  # fmt: skip
         assert run(f"{base}/s.csv {question}".split()) == 0
         assert run(f"{base}/s.npz {question}".split()) == 0
         table = np.genfromtxt(tmp_path / "s.csv", delimiter=",", names=True)
-        assert len(table) == rows
         with np.load(tmp_path / "s.npz") as file:
             expected = file["sensitivity"]
-        last = (
-            [table["red"], table["green"], table["blue"]]
-            if "--value" in question
-            else [table["sensitivity"]]
-        )
-        found = np.stack(last, axis=-1).reshape(expected.shape)
+        found = np.stack([table[name] for name in names], axis=-1).reshape(expected.shape)
         np.testing.assert_allclose(found, expected, rtol=1e-6)
+    assert run(f"{base}/field.png --value 120 --field-scale global".split()) == 0
+    assert imread(tmp_path / "field.png").std() > 1
 
 
 def test_learned_and_blockwise_fields_of_a_value_are_near(trained, raw_file, tmp_path, monkeypatch):
@@ -151,23 +140,6 @@ def test_learned_and_blockwise_fields_of_a_value_are_near(trained, raw_file, tmp
     assert np.corrcoef(means[0].ravel(), means[1].ravel())[0, 1] > 0.5
 
 
-@pytest.mark.slow
-def test_a_study_writes_its_table_and_goes_on(raw_file, tmp_path, capsys):
-    arguments = f"study l1-weight --volume {raw_file} --samples 32 --images 32 --count 4"
-    arguments += f" --workers 1 --device cpu --out {tmp_path}"
-    assert run(arguments.split()) == 0
-    first = (tmp_path / "l1-weight.json").read_text()
-    table = (tmp_path / "l1-weight.md").read_text()
-    assert "| 450 | 32 |" in table
-    assert "0.044 | 0.012 |" in table
-    assert "nearest of 32" in capsys.readouterr().out
-    assert run(arguments.split()) == 0
-    assert (tmp_path / "l1-weight.json").read_text() == first
-    capsys.readouterr()
-    assert run([*arguments.split(), "--images", "48"]) == 2
-    assert "share 32 training images, not 48; give --images 32" in one_line(capsys)
-
-
 def test_a_png_shows_the_image_on_black(raw_file, tf_file, tmp_path):
     chosen = {"image.npy": [], "image.png": ["--brightness", "1"], "usual.png": []}
     for name, brightness in chosen.items():
@@ -180,35 +152,16 @@ def test_a_png_shows_the_image_on_black(raw_file, tf_file, tmp_path):
     np.testing.assert_allclose(imread(tmp_path / "usual.png") / 255, usual, atol=0.003)
 
 
-def test_the_generator_renders_its_model(trained, tf_file, tmp_path):
-
+def test_the_generator_renders_its_model(trained, tf_file, tmp_path, capsys):
+    assert run(["info", str(trained)]) == 0
+    printed = capsys.readouterr().out
+    assert all(part in printed for part in ("ball", "64 x 64", "hold-out rmse"))
     out = tmp_path / "image.npy"
     arguments = f"render --renderer generator --model {trained} --tf {tf_file} --view 10,5"
     assert run([*arguments.split(), "--out", str(out)]) == 0
     tf = TransferFunction.load(tf_file)
     expected = Generator.load(trained, "cpu").render(SceneInputs.of(View(10, 5), tf))
     np.testing.assert_allclose(np.load(out), expected, atol=1e-6)
-    assert run([*arguments.split(), "--size", "128", "--out", str(out)]) == 0
-    assert np.load(out).shape == (128, 128, 4)
-
-
-@pytest.mark.slow
-def test_a_dataset_is_made_grown_and_trained_on(raw_file, tmp_path):
-    out = tmp_path / "samples.zarr"
-    arguments = f"dataset --volume {raw_file} --out {out} --size 64 --seed 5 --workers 1 --count"
-    assert run([*arguments.split(), "40"]) == 0
-    assert run([*arguments.split(), "70", "--holdout", "6"]) == 0
-    store = SampleStore(out)
-    store.require_complete()
-    assert (store.count("train"), store.count("holdout"), store.seed) == (70, 6, 5)
-    assert store.scene == Scene.of(read_volume(raw_file), 64, renderer="raycast")
-    train = f"train --dataset {out} --preset draft --out {tmp_path / 'run'} --samples 200"
-    assert run([*train.split(), "--faithful", "--set", "opacity_time_share=0.5"]) == 0
-    card = load_card(tmp_path / "run")
-    assert card.training["options"]["opacity_time_share"] == 0.5
-    assert card.training["options"]["opacity_l1_weight"] == 0
-    assert card.training["samples_stored"] == 70
-    assert card.training["dataset_seed"] == 5
 
 
 @pytest.mark.slow
@@ -224,10 +177,7 @@ def test_evaluate_compares_with_the_nearest_neighbour(trained, raw_file, tmp_pat
         for measure in ("rmse", "emd", "ssim"):
             assert set(part[measure]) == {"mean", "median", "p95", "interval"}
     assert f"{result['rmse']['mean']:.4f}" in capsys.readouterr().out
-    agreement = result["sensitivity_agreement"]
-    assert agreement["count"] == 5
-    for measure in ("image_cosine", "image_rank", "block_cosine", "block_rank", "single_cosine"):
-        assert -1 <= agreement[measure]["quartile1"] <= agreement[measure]["median"] <= 1
+    assert result["sensitivity_agreement"]["count"] == 5
     recorded = load_card(copied).metrics
     assert recorded["holdout"]["rmse"] == pytest.approx(result["rmse"]["mean"])
     assert recorded["holdout_count"] == 6
@@ -252,19 +202,11 @@ def test_a_picture_says_what_it_shows(raw_file, tf_file, tmp_path):
     assert run(arguments.split()) == 0
     with Image.open(out) as picture:
         facts = picture.text
-    assert facts["Volume"] == "ball"
-    assert facts["View"] == "10,20,0,0.5"
-    assert (facts["Lighting"], facts["Light"]) == ("direct", "20,30")
+    found = [facts[key] for key in ("Volume", "View", "Lighting", "Light")]
+    assert found == ["ball", "10,20,0,0.5", "direct", "20,30"]
     assert facts["Software"].startswith("tfscope ")
     tf = json.loads(facts["Transfer function"])
     assert TransferFunction.from_json(tf) == TransferFunction.load(tf_file)
-    figure = tmp_path / "other" / "s.png"
-    arguments = f"sensitivity --volume {raw_file} --tf {tf_file} --size 16 --out {figure}"
-    assert run([*arguments.split(), "--region", "4,4,12,12", "--view", "10,20"]) == 0
-    with Image.open(figure) as picture:
-        told = picture.text["Description"]
-    for part in ("region 4,4,12,12", "ball", "view 10,20,0,1", "TF tf.json", "lighting none"):
-        assert part in told
 
 
 def test_what_is_rendered_already_needs_no_more_room(samples, raw_file, monkeypatch, capsys):
@@ -294,26 +236,21 @@ BAD_INPUT = [
     ("render --component 1.5 --out x.png", "not a component"),
     ("render --volume . --raw huge --out x.png", "not the layout"),
     ("render --out x.png --range 5,1", "does not increase"),
-    ("render --out x.png --range low,high", "not a scalar range"),
-    ("render --out x.png --range 1%,200%", "no percentiles"),
+    ("render --out x.png --range 1%,200%", "not percentiles"),
     ("render --out x.png --range 7,9", "no value in common"),
     ("render --out x.png --renderer generator --range 0,1", "leave --range and --scale out"),
     ("render --size 5 --out x.png", "not a size of an image"),
-    ("render --size 100x --out x.png", "not a size of an image"),
     ("render --background puce --out x.png", "not a background"),
     ("render --background transparent --out x.mp4", "no transparent background"),
     ("render --legend --out x.npy", "no legend or scale bar"),
     ("render --lighting direct --samples 4 --out x.png", "path-traced light only"),
-    ("render --lighting direct --denoise --out x.png", "path-traced light only"),
     ("latent --out x.txt", "must end in"),
     ("latent --out x.json", "by --at or --near"),
     ("latent --out x.npz --at 1", "takes 2 numbers"),
-    ("latent --out x.npz --grid 0,0,nan,1", "takes 4 numbers"),
     ("latent --out x.npz --grid 5,5,6,6", "no sample"),
     ("latent --out x.npz --at 0,0 --near {tf}", "Give --near alone"),
     ("--size 10x10", "not a size of the window"),
     ("--lighting none --light 0,0", "no light to be moved"),
-    ("--device cpu render --out x.png", "put them behind it"),
     ("--sepia", "--sepia"),
     ("paint", "neither a command"),
     ("dataset --count 5 --window 1 --out x", "not a scalar window"),
@@ -321,7 +258,6 @@ BAD_INPUT = [
     ("dataset --count 5 --out x --scheduler tcp://a:1 --workers 2", "leave one of --workers"),
     ("dataset --count 9999999 --size 4096 --out x", "GB"),
     ("sensitivity --engine learned --lighting direct --out x.png", "--engine exact"),
-    ("sensitivity --engine learned --range 0,1 --out x.png", "leave --range and --scale out"),
     ("sensitivity --region 0,0,4,4 --value 7 --out x.png", "Give one of"),
     ("sensitivity --block 8 --measure change --out x.png", "measure of the paper"),
     ("sensitivity --engine learned --size 64 --out x.png", "leave --size out"),
@@ -351,31 +287,16 @@ def test_bad_input_gets_one_line_and_code_2(
 def test_more_bad_input(trained, samples, raw_file, tmp_path, capsys):
     other = tmp_path / "other.npy"
     np.save(other, np.arange(64, dtype=np.uint8).reshape(4, 4, 4))
-    cases = [
+    train = f"train --dataset {samples} --out {tmp_path} --preset"
+    for arguments, message in (
         (f"train --volume {raw_file} --preset draft --out {trained} --samples 9", "Try: --resume"),
-        (
-            f"render --renderer generator --model {trained} --lighting direct --out x.png",
-            "trained with the lighting 'none'",
-        ),
-        (
-            f"train --dataset {samples} --preset draft --workers 2 --out {tmp_path}",
-            "the workers would have no effect",
-        ),
+        (f"render --renderer generator --model {trained} --lighting direct --out x.png", "'none'"),
+        (f"{train} draft --workers 2", "the workers would have no effect"),
         (f"evaluate --model {trained} --volume {other}", "trained on another volume"),
-        (f"train --dataset {samples} --preset compact --out {tmp_path}", "Try: --preset draft"),
-    ]
-    for arguments, message in cases:
+        (f"{train} compact", "Try: --preset draft"),
+    ):
         assert run(arguments.split()) == 2
         assert message in one_line(capsys)
-
-
-def test_a_value_is_coloured_by_the_fields_of_all_values(raw_file, tmp_path, capsys):
-    base = f"sensitivity --volume {raw_file} --size 16 --field-scale global --out {tmp_path}"
-    assert run(f"{base}/field.png --value 120".split()) == 0
-    assert imread(tmp_path / "field.png").std() > 1
-    capsys.readouterr()
-    assert run(f"{base}/field.npz --value 120".split()) == 2
-    assert "give --value and OUT.png" in one_line(capsys)
 
 
 def test_the_papers_run_is_one_command(raw_file, tmp_path, monkeypatch):
@@ -390,7 +311,6 @@ def test_the_papers_run_is_one_command(raw_file, tmp_path, monkeypatch):
     assert run(f"{base} --preset draft --epochs 5 --tf-family drawn".split()) == 0
     assert (jobs[-1].samples, jobs[-1].tf_family) == (2_000_000, "drawn")
     assert jobs[-1].options.opacity.halvings == 1
-    assert run(f"{base} --epochs 5 --minutes 5".split()) == 2
 
 
 MODEL, VOLUME = shipped_models()[0], shipped_volumes()[0]
@@ -427,33 +347,24 @@ def opened(monkeypatch, tmp_path):
         ("IM0001", WindowStart(Path("IM0001"))),
         (
             "--lighting direct --light 10,-20 --renderer auto --crop 0,1,0,.5,0,1 --size 1400x900",
-            WindowStart(
-                SCAN,
-                lighting="direct",
-                light=LightDirection(10, -20),
-                renderer="auto",
-                crop=CropBox((0, 0, 0), (1, 0.5, 1)),
-                size=(1400, 900),
-            ),
+            WindowStart(SCAN, lighting="direct", light=LightDirection(10, -20), renderer="auto",
+                        crop=CropBox((0, 0, 0), (1, 0.5, 1)), size=(1400, 900)),
         ),
     ],
-)
+)  # fmt: skip
 def test_files_are_opened_by_what_they_are(opened, arguments, start):
     assert run(arguments.split()) == 0
     assert opened == [start]
-
-
-def test_a_command_wins_over_a_file_of_its_name(opened, capsys):
+    # A command wins over a file of its name.
     assert run(["info", str(VOLUME)]) == 0
-    assert opened == []
-    assert "lidc chest" in capsys.readouterr().out
+    assert opened == [start]
 
 
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
         ("rendr", "'rendr' is neither a command (dataset, desktop-entry,"),
-        ("none.nrrd", "nor a file or folder that is there"),
+        ("none.nrrd", "nor an existing file or folder"),
         ("notes.txt", "notes.txt: this is a table or text, which is not read here"),
         (f"{VOLUME} {VOLUME}", "cannot both be opened by --volume"),
         (f"{VOLUME} render --out x.png", "Options before 'render' are the window's"),

@@ -1,10 +1,16 @@
+import configparser
+import contextlib
 import json
+import sys
+from importlib.metadata import version
 from pathlib import Path
 
 import pytest
-import tifffile
 
 from app.cli import run
+from app.cli.outputs import check_output, check_output_folder
+from model.errors import TfscopeError
+from model.volume_files.shipped import DEFAULT_VOLUME
 
 CASES = Path(__file__).parents[2] / "model" / "volume_files" / "cases"
 
@@ -28,18 +34,10 @@ def test_all_that_is_known_as_data(capsys):
     ]
 
 
-def test_a_channel_is_chosen(capsys):
-    path = CASES / "tiff" / "imagej_2channels.tif"
-    found = facts(capsys, str(path), "--channel", "1")
-    whole = tifffile.imread(path)[:, 1]
-    assert found["range"] == [float(whole.min()), float(whole.max())]
-    assert run(["info", str(path), "--channel", "7"]) == 2
-    assert "there is no channel '7'; there are 0, 1" in capsys.readouterr().err
-
-
 @pytest.mark.parametrize(
     ("file", "option", "value"),
     [
+        ("tiff/imagej_2channels.tif", "--channel", "1"),
         ("vtk/b_cells_and_ids.vti", "--array", "vtkOriginalPointIds"),
         ("dicom/interleaved_acquisitions", "--series", "1"),
         ("folder/two_channels", "--series", "fused_ch01_z*.tif"),
@@ -50,6 +48,8 @@ def test_others_are_chosen(file, option, value, capsys):
     second = facts(capsys, str(CASES / file), option, value)["contents"]
     assert [content["is_read"] for content in first] == [True, False]
     assert [content["is_read"] for content in second] == [False, True]
+    assert run(["info", str(CASES / file), option, "7"]) == 2
+    assert f"no {option[2:]} '7'; there are" in capsys.readouterr().err
 
 
 def test_directions_and_units_of_a_patient(capsys):
@@ -73,3 +73,49 @@ def test_render_says_what_the_reader_assumed(tmp_path, capsys):
     arguments = f"render --out {tmp_path}/a.png --volume {path} --size 16"
     assert run(arguments.split()) == 0
     assert "tfscope: The file gives no voxel spacing" in capsys.readouterr().err
+
+
+def test_files_that_cannot_be_written_are_refused_before_the_work(tmp_path):
+    check_output(tmp_path / "new.json")
+    (tmp_path / "old.json").write_text("{}")
+    check_output(tmp_path / "old.json")
+    with pytest.raises(TfscopeError, match="is a folder"):
+        check_output(tmp_path)
+    with pytest.raises(TfscopeError, match=r"old\.json is a file, not a folder"):
+        check_output(tmp_path / "old.json" / "deep" / "x.json")
+    with pytest.raises(TfscopeError, match="there is a file"):
+        check_output_folder(tmp_path / "old.json")
+    # Missing folders are made, but not before there is something to write.
+    check_output(tmp_path / "none" / "deep" / "x.json")
+    check_output_folder(tmp_path / "none" / "deep")
+    assert [path.name for path in tmp_path.iterdir()] == ["old.json"]
+
+
+def test_the_entry_opens_a_file_and_has_an_icon(tmp_path, monkeypatch):
+    monkeypatch.setattr(sys, "platform", "linux")
+    monkeypatch.setattr(sys, "argv", ["/opt/with space/tfscope"])
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path))
+    assert run(["desktop-entry"]) == 0
+    parser = configparser.ConfigParser(interpolation=None)
+    parser.read(tmp_path / "applications" / "tfscope.desktop")
+    entry = parser["Desktop Entry"]
+    assert entry["Exec"] == '"/opt/with space/tfscope" %f'
+    assert Path(entry["Icon"]).is_file()
+
+
+def test_the_version_is_that_of_the_package(capsys):
+    assert run(["--version"]) == 0
+    assert capsys.readouterr().out == f"tfscope {version('tfscope')}\n"
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="a full device of Linux")
+@pytest.mark.parametrize("words", [["--version"], ["info", "DATA", "--json"], ["info", "x" * 300]])
+def test_a_full_disk_or_too_long_a_name_is_one_line(words, capsys):
+    words = [str(DEFAULT_VOLUME) if word == "DATA" else word for word in words]
+    with Path("/dev/full").open("w") as full, contextlib.redirect_stdout(full):
+        assert run(words) == 2
+        with contextlib.suppress(OSError):
+            full.close()
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1
+    assert "No space left" in said or "File name too long" in said

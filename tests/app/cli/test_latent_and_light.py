@@ -1,11 +1,21 @@
+import json
+from pathlib import Path
+
 import numpy as np
 import pytest
 from skimage.io import imread
 
 from app.cli import run
+from model.networks.blocks import kaiming_init
+from model.networks.card import ModelCard
+from model.networks.checkpoint import save_model
+from model.networks.paper import TwoStageGenerator
 from model.networks.path_light_network import load_path_light
+from model.networks.size import NetworkSize
 from model.samples.path_light_pairs import FEW, Pairs, write_block
+from model.scene.scene import Scene
 from model.scene.transfer_function import TransferFunction
+from model.volume_files import read_volume
 
 
 def test_the_map_its_grid_and_a_place(raw_file, tmp_path):
@@ -69,3 +79,47 @@ def test_a_network_is_trained_and_written_with_its_errors(pairs, tmp_path):
     card, _ = load_path_light(out)
     assert (card.size.width, card.training["pairs"]) == (4, 4)
     assert set(card.errors) == {str(samples) for samples in FEW}
+
+
+FIGURES = [
+    "teaser", "overview", "sensitivity", "value-fields", "exploration", "interpolation",
+    "qualitative",
+]  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def base(raw_file, tmp_path_factory):
+    """Options that name a small volume and a model of it."""
+    folder = tmp_path_factory.mktemp("paper")
+    size = NetworkSize(0.125, 32, 64)
+    network = TwoStageGenerator(size)
+    kaiming_init(network)
+    scene = Scene.of(read_volume(raw_file), 64, tf_family="paper")
+    save_model(folder / "model", ModelCard(scene, "draft", size), network)
+    return f"--volume {raw_file} --model {folder}/model --quick --out {folder}/out"
+
+
+def out_of(base):
+    return Path(base.split()[-1])
+
+
+@pytest.mark.parametrize("item", FIGURES)
+def test_figures(base, item):
+    assert run(["paper", item, *base.split()]) == 0
+    picture = imread(out_of(base) / f"{item}.png")
+    assert picture.shape[0] > 400 and picture.shape[1] > 800
+    # Coloured, and not cut: there is paper at all four edges.
+    assert picture.std() > 10
+    for edge in (picture[0], picture[-1], picture[:, 0], picture[:, -1]):
+        assert (edge[..., :3] == 255).all()
+
+
+@pytest.mark.parametrize("item", ["table1", "table2"])
+def test_tables(base, item, capsys):
+    assert run(["paper", item, *base.split()]) == 0
+    found = json.loads((out_of(base) / f"{item}.json").read_text())
+    lines = (out_of(base) / f"{item}.md").read_text().splitlines()
+    assert sum(line.startswith("|") for line in lines) == len(found["rows"]) + 2
+    # Nothing is cut where the output is no terminal.
+    printed = capsys.readouterr().out
+    assert all(cell in printed for row in found["rows"] for cell in row.values())

@@ -84,9 +84,8 @@ def test_legend_and_scale_bar(base, tmp_path):
 
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 @pytest.mark.filterwarnings("ignore::ResourceWarning")
-@pytest.mark.parametrize("suffix", [".mp4", ".gif"])
-def test_a_turntable(base, tmp_path, suffix):
-    out = tmp_path / f"turn{suffix}"
+def test_a_turntable(base, tmp_path):
+    out = tmp_path / "turn.mp4"
     options = "--size 96x64 --seconds 0.8 --rate 10"
     assert run(f"{base} {options} --out {out}".split()) == 0
     movie = np.stack([frame[..., :3] for frame in iio.imiter(out)]).astype(float)

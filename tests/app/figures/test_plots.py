@@ -10,7 +10,6 @@ from app.figures.plots import (
     mosaic,
 )
 from model.latent.latent_map import blended_code
-from model.scene.transfer_function import GaussianMode
 
 COLORS = np.zeros((256, 3))
 VALUES = np.linspace(-100, 300, 256)
@@ -33,28 +32,6 @@ def test_numbers_of_the_right_axis_are_those_of_the_sensitivity(largest):
     for place, text in ticks:
         assert place == pytest.approx(float(text) * scale, rel=0.01, abs=1e-9)
     np.testing.assert_allclose(drawn.yData, responses * scale)
-
-
-def test_the_background_does_not_set_the_axis():
-    responses = np.full(256, 0.01)
-    responses[:20] = -5.0
-    window = np.arange(256) >= 30
-    content = TFPlot("t", (-100, 300), np.zeros(256), None, responses=responses, window=window)
-    plot = Page("t", [400], [250]).tf(0, 0, content)
-    (drawn,) = (c for c in curves(plot) if np.nanmax(np.abs(c.yData)) > 0)
-    assert np.isnan(drawn.yData[:20]).all()
-    np.testing.assert_allclose(drawn.yData[30:], 1.0)
-
-
-def test_a_mode_is_drawn_where_it_is_and_nowhere_else():
-    mode = GaussianMode(100.0, 20.0, 0.3)
-    content = TFPlot("t", (-100, 300), np.full(256, 0.9), COLORS, mode=mode)
-    plot = Page("t", [400], [250]).tf(0, 0, content)
-    (bump,) = (c for c in curves(plot) if np.nanmax(c.yData) < 0.5)
-    shown = ~np.isnan(bump.yData)
-    expected = 0.3 * np.exp(-(((VALUES - 100) / 20) ** 2))
-    np.testing.assert_allclose(bump.yData[shown], expected[shown], atol=1e-9)
-    assert expected[~shown].max() < 0.01
 
 
 def test_the_blob_of_a_place_has_the_weights_of_its_interpolation():

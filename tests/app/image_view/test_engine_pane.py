@@ -1,8 +1,13 @@
 import threading
 from dataclasses import replace
 
+import numpy as np
+import pytest
+from PIL import Image
 from window_fakes import FakeEngine, make_request
 
+from app.image_view.image_canvas import to_qimage
+from app.image_view.picture import compose
 from app.state.at_work import PATIENCE_MS
 from model.scene.view import View
 
@@ -50,3 +55,60 @@ def test_an_image_that_is_not_up_to_date_says_so_once_the_next_takes_long(qtbot,
     pane.client.fail("It failed.")
     assert pane.status != "drawing …"
     gate.release()
+
+
+def test_pixels_keep_their_place_and_value_within_the_range():
+    rgba = np.zeros((2, 3, 4), dtype=np.float32)
+    rgba[0, 2] = [1.0, 0.5, 0.0, 1.0]
+    rgba[1, 0] = [-3.0, 7.0, np.nan, 1.0]
+    image = to_qimage(rgba)
+    assert (image.width(), image.height()) == (3, 2)
+    assert image.pixelColor(2, 0).getRgb() == (255, 128, 0, 255)
+    assert image.pixelColor(2, 1).getRgb() == (0, 0, 0, 255)
+    assert image.pixelColor(0, 1).getRgb() == (0, 255, 0, 255)
+
+
+@pytest.fixture(scope="module")
+def rgba():
+    """Premultiplied colours of an odd size, over more than one band."""
+    rng = np.random.default_rng(5)
+    opacity = rng.uniform(0, 1, (131, 33, 1))
+    color = rng.uniform(0, 1, (131, 33, 3)) * opacity
+    return np.concatenate([color, opacity], axis=-1).astype(np.float32)
+
+
+def pixels(image, tmp_name):
+    """Read a picture as others do: from its file."""
+    assert image.save(tmp_name)
+    return np.asarray(Image.open(tmp_name))
+
+
+@pytest.mark.parametrize("background", [(0, 0, 0), (255, 255, 255), (10, 200, 90)])
+def test_an_opaque_picture_is_the_rendering_over_its_background(rgba, background, tmp_path):
+    found = pixels(compose(rgba, background), f"{tmp_path}/picture.png")
+    expected = 255 * rgba[..., :3] + (1 - rgba[..., 3:]) * np.array(background)
+    np.testing.assert_allclose(found, expected, atol=0.51)
+
+
+@pytest.mark.parametrize("brightness", [0.5, 3.0])
+def test_a_picture_is_as_bright_as_on_the_screen(rgba, brightness, tmp_path):
+    found = pixels(compose(rgba, (0, 0, 0), brightness=brightness), f"{tmp_path}/picture.png")
+    largest = rgba[..., :3].max(axis=-1, keepdims=True)
+    expected = 255 * brightness * rgba[..., :3] / (1 + (brightness - 1) * largest)
+    np.testing.assert_allclose(found, expected, atol=0.51)
+    levels = np.rint(255 * rgba).astype(np.uint8)
+    saved = pixels(compose(levels, (0, 0, 0), brightness=brightness), f"{tmp_path}/levels.png")
+    steepest = max(brightness, 1 / brightness)
+    np.testing.assert_allclose(saved, expected, atol=0.5 * steepest + 0.51)
+    # Over black, a transparent one looks the same.
+    clear = pixels(compose(rgba, None, brightness=brightness), f"{tmp_path}/clear.png")
+    over_black = clear[..., :3] * (clear[..., 3:] / 255)
+    np.testing.assert_allclose(over_black, expected, atol=1.5)
+
+
+def test_a_transparent_picture_is_unmultiplied_in_its_file(rgba, tmp_path):
+    found = pixels(compose(rgba, None), f"{tmp_path}/picture.png").astype(float)
+    np.testing.assert_allclose(found[..., 3], 255 * rgba[..., 3], atol=0.51)
+    seen = rgba[..., 3] > 0.2
+    straight = rgba[..., :3][seen] / rgba[..., 3:][seen]
+    np.testing.assert_allclose(found[..., :3][seen], 255 * straight, atol=5)

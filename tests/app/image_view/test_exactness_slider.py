@@ -1,19 +1,22 @@
+import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 from rested_window import act_until, rested
 from window_fakes import FakeEngine, make_request
 
-from app.engines.exactness import STOPS, USUAL
+from app.engines.exactness import STOPS
 from app.engines.pace import SCALES
 from app.engines.requests import TradeRequest
 from app.image_view.exactness_slider import WAITING, FidelityLine
-from app.state.reference_choices import ReferenceChoices
+from app.image_view.reference_controls import DIAMETER, REACH, BrightnessSlider, LightBall, light_at
 from app.state.viewer_state import ViewerState
+from model.rendering.brightness import LIT_BRIGHTNESS
 from model.rendering.raster import Raster
+from model.scene.scene import LightDirection, LightRange
 from model.scene.view import View
 
 
@@ -23,8 +26,6 @@ def test_a_stop_is_chosen_kept_and_drawn_with_its_figures(qtbot, make_window):
     # Where one renderer draws at rest and in motion, samples lie farther apart in motion.
     work.choose(lighting="direct", drawing="raycast")
     assert control.slider.value() == 1
-    assert control.slider.accessibleName() == "From fast to exact: Balanced"
-    assert "up to 12 / s" in control.slider.toolTip()
     assert work.settings.sample_distance == 0.5
     # A pane that has just been laid out has its own images drawn.
     qtbot.waitUntil(lambda: not work._pane_rest.isActive() and window.workspace.is_settled)
@@ -38,14 +39,6 @@ def test_a_stop_is_chosen_kept_and_drawn_with_its_figures(qtbot, make_window):
     assert float(rate) > 0 and words == ["/", "s", "error"]
     # Live images of the fake engine are one level brighter, in one channel of three.
     assert float(error) == pytest.approx(1 / 255 / np.sqrt(3), abs=2e-4)
-    assert control.figures.accessibleName() == f"Moving images: {control.figures.text()}"
-
-
-@pytest.mark.parametrize(("lighting", "exact"), [("none", 0.25), ("path", 0.5)])
-def test_in_path_traced_light_samples_stay_apart(lighting, exact):
-    for stop, distance in (("fast", 0.5), (USUAL, 0.5), ("exact", exact)):
-        choices = ReferenceChoices(lighting=lighting, stop=stop)
-        assert choices.settings(None).sample_distance == distance
 
 
 @pytest.fixture
@@ -73,13 +66,6 @@ def test_it_is_there_for_what_is_not_exact_alone(qtbot, line):
     line._passes = lambda: True
     pane.statusShown.emit()
     assert line.said == "error .012, refining"
-    # In the upper right corner, below the caption.
-    assert line.geometry().right() <= pane.canvas.width() and line.y() > pane.caption.y()
-    # Neither of a picture that covers the image, nor of an error.
-    pane.name_cover("Preview")
-    assert line.isHidden()
-    pane.name_cover("")
-    assert not line.isHidden()
     pane.client.fail("It failed.")
     assert line.isHidden()
 
@@ -114,15 +100,6 @@ def test_all_stops_are_measured_while_it_is_open(qtbot, make_window, builders):
     )
     chosen = [trade.at(stop) for stop in STOPS.values()]
     assert [each and each.seconds for each in chosen] == [0.02, 0.06, 0.5]
-    popover.refresh()
-    assert "same" not in popover.status.text()
-    # Where all pixels are there in time, the stops are the same, and it says so.
-    whole_found = trade.found
-    for slowest, words in ((0.06, "Balanced and Exact are"), (0.02, "All stops are")):
-        trade.found = tuple(replace(each, seconds=slowest) for each in whole_found)
-        popover.refresh()
-        assert words in popover.status.text()
-    trade.found = whole_found
     assert trade.at(replace(STOPS["fast"], live_seconds=0.001)) == trade.found[0]
     # An edit ends it, and rest begins it anew while it is open.
     window.state.move_view(View(40, 20))
@@ -144,3 +121,117 @@ def test_an_image_that_fails_ends_it(qtbot, make_window, builders):
     qtbot.waitUntil(lambda: trade.found == () and not trade.begun)
     assert window.reference.client.error is None
     assert window.exactness.popover.status.text() == WAITING
+
+
+def test_what_is_not_chosen_follows_the_light(qtbot):
+    state = ViewerState()
+    brightness = state.brightness
+    slider = BrightnessSlider(brightness)
+    qtbot.addWidget(slider)
+    brightness.set_lighting("exact", "direct")
+    assert brightness.of("exact") == LIT_BRIGHTNESS and slider.number.text() == "2.00×"
+    assert not slider.reset.isEnabled()
+    # A model that was trained without light is shown as it is, and changed by the same factor.
+    assert brightness.of("learned") == 1
+    brightness.set(3.0)
+    assert (brightness.of("exact"), brightness.of("learned")) == (3, 1.5)
+    brightness.set_lighting("learned", "direct")
+    assert brightness.of("learned") == 3
+    brightness.set(None)
+    brightness.set_lighting("exact", "none")
+    assert brightness.of("exact") == 1
+    brightness.set(1.0)
+    brightness.set_lighting("exact", "soft")
+    assert brightness.of("exact") == 1 and slider.reset.isEnabled()
+    slider.reset.click()
+    assert brightness.of("exact") == LIT_BRIGHTNESS
+
+
+def test_a_drag_is_one_undo_step_and_so_is_a_reset(qtbot, make_window):
+    window = make_window()
+    brightness, stack = window.brightness, window.state.edits.stack
+    slider = BrightnessSlider(brightness)
+    qtbot.addWidget(slider)
+    usual = brightness.of("exact")
+    slider.slider.setSliderDown(True)
+    for step in (3, 9, 16):
+        slider.slider.setValue(step)
+    assert brightness.of("exact") == 4 and stack.count() == 0
+    slider.slider.setSliderDown(False)
+    assert stack.count() == 1 and stack.undoText() == "brightness"
+    slider.reset.click()
+    assert brightness.of("exact") == usual and stack.count() == 2
+    window.state.edits.undo()
+    assert brightness.of("exact") == 4
+    window.state.edits.undo()
+    assert brightness.of("exact") == usual and brightness.value is None
+    window.state.edits.redo()
+    assert brightness.of("exact") == 4
+
+
+def test_the_kind_of_light_is_undone_among_the_edits(window):
+    reference, state = window.workspace.reference, window.state
+    reference.choose(lighting="direct")
+    state.light_input.set(LightDirection(40.0, 20.0))
+    reference.choose(lighting="none")
+    assert state.light is None and reference.settings.lighting == "none"
+    state.edits.undo()
+    assert reference.settings.lighting == "direct"
+    assert state.light == LightDirection(40.0, 20.0)
+    state.edits.undo()
+    assert state.light == LightDirection()
+    state.edits.undo()
+    assert reference.choices.lighting == "auto" and not state.edits.stack.canUndo()
+    fingerprint = window.workspace.opened.fingerprint
+    assert window.preferences.volume(fingerprint).lighting == "auto"
+    # What is kept for no later run is no edit.
+    reference.choose(keep=False, lighting="none")
+    assert not state.edits.stack.canUndo()
+
+
+LIMITS = LightRange()
+
+
+@pytest.mark.parametrize(("x", "y"), [(0.0, 0.0), (-0.6, 0.6), (5.0, 0.0), (0.0, -3.0)])
+def test_the_light_shines_straight_onto_the_point_and_stays_in_its_range(x, y):
+    light = light_at(x, y, LIMITS)
+    if x * x + y * y < 1:
+        assert light.towards() == pytest.approx((x, y, math.sqrt(1 - x * x - y * y)), abs=1e-9)
+    assert abs(light.azimuth) <= LIMITS.max_azimuth
+    assert abs(light.elevation) <= LIMITS.max_elevation
+
+
+@pytest.fixture
+def ball(qtbot):
+    """A ball over a movable light from straight ahead."""
+    state = ViewerState()
+    state.light_input.set(LightDirection(0.0, 0.0))
+    ball = LightBall(state)
+    qtbot.addWidget(ball)
+    state.setParent(ball)
+    ball.set_light(LightDirection(), LIMITS)
+    ball.show()
+    return ball
+
+
+MIDDLE = QPoint(DIAMETER // 2, DIAMETER // 2)
+
+
+def test_dragging_moves_the_light_live_and_then_finally(qtbot, ball):
+    state = ball._state
+    # From anywhere: it is the movement that counts.
+    start = MIDDLE + QPoint(5, -7)
+    qtbot.mousePress(ball, Qt.MouseButton.LeftButton, pos=start)
+    assert state.light == LightDirection(0.0, 0.0) and not state.live
+    qtbot.mouseMove(ball, start + QPoint(round(REACH / 2), 0))
+    assert state.live and state.light is not None
+    assert state.light.azimuth == pytest.approx(30, abs=0.5)
+    assert state.light.elevation == pytest.approx(0, abs=0.5)
+    with qtbot.waitSignal(state.light_input.changeFinished):
+        qtbot.mouseRelease(ball, Qt.MouseButton.LeftButton)
+    assert not state.live
+    qtbot.mouseDClick(ball, Qt.MouseButton.LeftButton)
+    assert state.light == LightDirection()
+    # A click puts the light there.
+    qtbot.mouseClick(ball, Qt.MouseButton.LeftButton, pos=MIDDLE - QPoint(0, DIAMETER // 4))
+    assert (state.light.azimuth, state.light.elevation) == pytest.approx((0, 28), abs=3)

@@ -27,8 +27,6 @@ from app.image_view.gestures import (
     ViewKeys,
     notches_of,
     orbit,
-    pan,
-    roll,
     tumble,
     zoom,
 )
@@ -47,13 +45,12 @@ def test_dragging_orbits_live_and_finishes_on_release(qtbot, state, canvas):
     assert state.view == orbit(orbit(HOME_VIEW, 10, 0), 0, 20)
 
 
-@pytest.mark.parametrize(
-    ("button", "keys"),
-    [
-        (Qt.MouseButton.RightButton, Qt.KeyboardModifier.NoModifier),
-        (Qt.MouseButton.LeftButton, Qt.KeyboardModifier.ControlModifier),
-    ],
-)
+NONE, LEFT, RIGHT = Qt.MouseButton.NoButton, Qt.MouseButton.LeftButton, Qt.MouseButton.RightButton
+PLAIN, SHIFT = Qt.KeyboardModifier.NoModifier, Qt.KeyboardModifier.ShiftModifier
+CONTROL = Qt.KeyboardModifier.ControlModifier
+
+
+@pytest.mark.parametrize(("button", "keys"), [(RIGHT, PLAIN), (LEFT, CONTROL)])
 def test_a_quarter_turn_about_the_centre_rolls_by_90_degrees(state, canvas, button, keys):
     drag(canvas, QPoint(100, 50), QPoint(150, 100), button=button, keys=keys)
     assert state.view.roll == pytest.approx(90.0)
@@ -98,18 +95,9 @@ def test_a_pinch_zooms_and_ends_at_once(qtbot, state, canvas):
     assert state.view == zoom(HOME_VIEW, notches_of(1.25), (0.5, 0.0))
 
 
-@pytest.mark.parametrize(
-    ("button", "keys"),
-    [
-        (Qt.MouseButton.MiddleButton, Qt.KeyboardModifier.NoModifier),
-        (Qt.MouseButton.LeftButton, Qt.KeyboardModifier.ShiftModifier),
-    ],
-)
-@pytest.mark.parametrize(
-    # The image's shorter side is 200 pixels, so that half of it is 100.
-    ("size", "image"),
-    [((400, 300), (200, 100)), ((200, 400), (100, 200))],
-)
+@pytest.mark.parametrize(("button", "keys"), [(Qt.MouseButton.MiddleButton, PLAIN), (LEFT, SHIFT)])
+# The image's shorter side is 200 pixels, so that half of it is 100.
+@pytest.mark.parametrize(("size", "image"), [((400, 300), (200, 100)), ((200, 400), (100, 200))])
 def test_the_picture_follows_a_panning_mouse_by_pixels(qtbot, state, button, keys, size, image):
     canvas = ImageCanvas()
     qtbot.addWidget(canvas)
@@ -132,28 +120,15 @@ def test_dragging_turns_about_the_states_up_axis_or_freely(state, canvas):
     assert state.view == tumble(before, 10, 20)
 
 
-NONE, LEFT, RIGHT = Qt.MouseButton.NoButton, Qt.MouseButton.LeftButton, Qt.MouseButton.RightButton
 PRESS, MOVE = QEvent.Type.MouseButtonPress, QEvent.Type.MouseMove
 RELEASE = QEvent.Type.MouseButtonRelease
 
 
 def send(widget, kind, x, y, button, held):
     """Send a mouse event; QTest forgets one button when another is pressed."""
-    at, keys = QPointF(x, y), Qt.KeyboardModifier.NoModifier
-    event = QMouseEvent(kind, at, widget.mapToGlobal(at), button, held, keys)
+    at = QPointF(x, y)
+    event = QMouseEvent(kind, at, widget.mapToGlobal(at), button, held, PLAIN)
     QApplication.sendEvent(widget, event)
-
-
-def test_another_button_changes_nothing_during_a_drag(state, canvas):
-    send(canvas, PRESS, 100, 100, LEFT, LEFT)
-    send(canvas, MOVE, 110, 100, NONE, LEFT)
-    send(canvas, PRESS, 110, 100, RIGHT, LEFT | RIGHT)
-    send(canvas, RELEASE, 110, 100, RIGHT, LEFT)
-    assert state.live
-    send(canvas, MOVE, 110, 120, NONE, LEFT)
-    send(canvas, RELEASE, 110, 120, LEFT, NONE)
-    assert state.view == orbit(orbit(HOME_VIEW, 10, 0), 0, 20)
-    assert not state.live
 
 
 @pytest.mark.parametrize("kind", [MOVE, RELEASE])
@@ -170,15 +145,11 @@ def test_a_drag_whose_release_was_kept_from_it_ends(state, canvas, kind):
 
 
 def test_with_control_and_shift_the_mouse_moves_a_light_that_is_movable(qtbot, state, canvas):
-    keys = Qt.KeyboardModifier.ControlModifier | Qt.KeyboardModifier.ShiftModifier
+    keys = CONTROL | SHIFT
     drag(canvas, QPoint(100, 100), QPoint(150, 80), keys=keys)
     assert (state.light, state.view) == (None, HOME_VIEW)
     state.light_input.set(LightDirection())
-    signals = [
-        state.light_input.changed,
-        state.light_input.changed,
-        state.light_input.changeFinished,
-    ]
+    signals = [state.light_input.changed] * 2 + [state.light_input.changeFinished]
     with qtbot.waitSignals(signals, order="strict"):
         drag(canvas, QPoint(100, 100), QPoint(150, 80), keys=keys)
     assert state.light == light_at(0.5, 0.2, LightRange())
@@ -208,25 +179,6 @@ views = st.builds(
 )
 
 
-@given(views, st.floats(0, 360))
-def test_the_volume_follows_the_mouse(view, direction):
-    dx, dy = np.cos(np.radians(direction)), np.sin(np.radians(direction))
-    front = view.basis()[2]
-    right, up, _ = orbit(view, dx, dy).basis()
-    moved = np.array([front @ right, -(front @ up)])
-    assert moved @ [dx, dy] > 0.99 * np.cos(np.radians(view.elevation)) * np.linalg.norm(moved)
-    assert moved @ [dx, dy] > 0
-
-
-@given(views, st.floats(1, 80))
-def test_rolling_turns_the_picture_clockwise(view, degrees):
-    top = view.basis()[1]
-    turned = roll(view, degrees)
-    right, up, _ = turned.basis()
-    assert np.degrees(np.arctan2(top @ right, top @ up)) == pytest.approx(degrees)
-    assert -180 <= turned.roll < 180
-
-
 @pytest.mark.parametrize("up", AXES)
 def test_orbiting_turns_about_the_up_axis(up):
     view = view_in(up, 20.0, 35.0, 0.0, View(0.0, 0.0, 0.0, 0.6, 0.1, 0.2, is_orthographic=True))
@@ -235,12 +187,8 @@ def test_orbiting_turns_about_the_up_axis(up):
     # The camera goes round the other way.
     turned = Rotation.from_rotvec(math.radians(-50 * DEGREES_PER_PIXEL) * axis)
     np.testing.assert_allclose(after.basis(), turned.apply(before), atol=1e-9)
-    assert (after.distance, after.pan_x, after.pan_y, after.is_orthographic) == (
-        0.6,
-        0.1,
-        0.2,
-        True,
-    )
+    kept = after.distance, after.pan_x, after.pan_y, after.is_orthographic
+    assert kept == (0.6, 0.1, 0.2, True)
     assert orbit(view, 0, 1000.0, up).basis()[2] == pytest.approx(axis, abs=1e-9)
 
 
@@ -272,18 +220,6 @@ def test_what_lies_under_the_cursor_stays_there(view, notches, x, y):
     np.testing.assert_allclose(place_of(zoom(view, notches, (x, y)), point), [x, y], atol=1e-9)
 
 
-def test_panning_moves_every_point_by_the_same():
-    view = View(30.0, 10.0, distance=0.5)
-    for point in (np.zeros(3), np.array([0.3, -0.2, 0.5])):
-        moved = place_of(pan(view, 0.25, -0.5), point) - place_of(view, point)
-        np.testing.assert_allclose(moved, [0.25, -0.5], atol=1e-12)
-
-
-PLAIN = Qt.KeyboardModifier.NoModifier
-SHIFT = Qt.KeyboardModifier.ShiftModifier
-CONTROL = Qt.KeyboardModifier.ControlModifier
-
-
 @pytest.fixture
 def image(qtbot, state):
     widget = QWidget()
@@ -298,16 +234,13 @@ def image(qtbot, state):
     [
         (Qt.Key.Key_Right, PLAIN, View(25.0, 15.0, 0.0, 0.8)),
         (Qt.Key.Key_Left, SHIFT, View(31.0, 15.0, 0.0, 0.8)),
-        (Qt.Key.Key_Up, PLAIN, View(30.0, 10.0, 0.0, 0.8)),
         (Qt.Key.Key_Down, SHIFT, View(30.0, 16.0, 0.0, 0.8)),
         (Qt.Key.Key_Right, CONTROL, View(30.0, 15.0, 0.0, 0.8, 0.1, 0.0)),
         (Qt.Key.Key_Down, CONTROL | SHIFT, View(30.0, 15.0, 0.0, 0.8, 0.0, -0.02)),
         (Qt.Key.Key_PageDown, PLAIN, View(30.0, 15.0, 5.0, 0.8)),
-        (Qt.Key.Key_PageUp, SHIFT, View(30.0, 15.0, -1.0, 0.8)),
         (Qt.Key.Key_Plus, SHIFT, zoom(HOME_VIEW, 1)),
         (Qt.Key.Key_Minus, Qt.KeyboardModifier.KeypadModifier, zoom(HOME_VIEW, -1)),
         (Qt.Key.Key_Left, Qt.KeyboardModifier.AltModifier, HOME_VIEW),
-        (Qt.Key.Key_Plus, CONTROL, HOME_VIEW),
         (Qt.Key.Key_R, PLAIN, HOME_VIEW),
     ],
 )

@@ -6,7 +6,6 @@ from PySide6.QtCore import QObject, Signal
 from ramp import make_tf
 
 from app.engines.client import Channel, Clients
-from app.engines.exactness import STOPS
 from app.engines.messages import Result
 from app.engines.requests import IMAGES, IMAGES_B, Image
 from app.state.image_scheduler import ImageScheduler
@@ -122,17 +121,6 @@ def test_answers_wait_for_the_first_sharp_image_and_no_longer(
     state.finish_view()
     assert analyst.is_held
     qtbot.waitUntil(lambda: not analyst.is_held)
-
-
-def test_a_choice_is_shown_as_while_something_moves_and_then_at_rest(scheduler, reference):
-    scheduler.send()
-    reference.answer()
-    scheduler.stop = STOPS["exact"]
-    scheduler.show_trade()
-    assert reference.asked[-1].quality.live and len(reference.asked) == 2
-    reference.answer()
-    assert not reference.asked[-1].quality.live and len(reference.asked) == 3
-    assert reference.asked[-1].stop == STOPS["exact"]
 
 
 def test_what_nobody_sees_is_not_asked_for(state, scheduler, generator, reference):

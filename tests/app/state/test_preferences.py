@@ -63,12 +63,6 @@ def test_a_wrong_value_is_its_default_and_spoils_no_other(good, wrong):
             assert value == wrong and type(value) is type(wrong)
 
 
-def test_a_damaged_region_costs_no_other():
-    data = json.loads(json.dumps(asdict(MEMORY)))
-    data["regions"].insert(1, {"name": 3, "outline": {"points": []}})
-    assert build_valid(VolumeMemory, data) == (MEMORY, ["regions"])
-
-
 def test_what_is_damaged_in_a_file_is_told_and_the_rest_is_there(tmp_path):
     first = Preferences(tmp_path)
     first.note_volume("f1", **vars(MEMORY))

@@ -4,6 +4,7 @@ import threading
 import numpy as np
 import pytest
 from PySide6.QtCore import QProcess
+from rested_window import act_until
 from window_fakes import PATIENCE_S, FakeEngine, make_request
 
 from app.engines import worker
@@ -65,16 +66,6 @@ def test_what_is_wanted_is_compiled_once(qtbot, folder):
     assert not processes_of(again)
 
 
-@pytest.mark.parametrize(("load", "text"), [(0, "20 s"), (6, "75 s")])
-def test_the_first_estimate_is_of_how_busy_the_computer_is(qtbot, folder, monkeypatch, load, text):
-    monkeypatch.setattr(preparation.os, "getloadavg", lambda: (load, 0.0, 0.0), raising=False)
-    monkeypatch.setattr(preparation, "processors", lambda: 2)
-    work = preparing(HANGS, folder)
-    work.want([IMAGES, QUESTIONS])
-    assert f"about {text} left" in work.text
-    work.stop()
-
-
 def test_few_processes_compile_all_that_is_wanted(qtbot, folder):
     work = preparing(KEEPS, folder)
     lights = ("none", "direct", "soft", "path")
@@ -103,20 +94,17 @@ def test_nothing_is_compiled_before_the_first_picture_unless_that_takes_long(
         work.stop()
 
 
-@pytest.mark.parametrize(("program", "longest_s"), [(FAILS, 60), (HANGS, 0.1)])
+@pytest.mark.parametrize(("program", "longest_s"), [(FAILS, 60), (HANGS, 0.1), ("", 60)])
 def test_what_fails_or_hangs_is_left_to_the_engines(qtbot, folder, program, longest_s):
     work = preparing(program, folder, longest_s)
+    if not program:
+        # One that cannot start.
+        work = Preparation(None, (str(folder / "nowhere"),))
+        work.begin()
     with qtbot.waitSignal(work.prepared):
         work.want([IMAGES])
     assert work.is_prepared(IMAGES)
     assert not IMAGES.is_prepared
-
-
-def test_a_program_that_cannot_start_is_left_to_the_engines(qtbot, folder):
-    work = Preparation(None, (str(folder / "nowhere"),))
-    work.begin()
-    work.want([IMAGES])
-    qtbot.waitUntil(lambda: work.is_prepared(IMAGES))
 
 
 def test_where_nothing_can_be_kept_nothing_is_started(monkeypatch, folder):
@@ -140,59 +128,35 @@ def test_the_end_of_the_window_is_theirs(folder):
 class Slow(FakeEngine):
     """Draws half of several images, and the other when it may."""
 
-    def __init__(self):
-        super().__init__()
-        self.half, self.may_end = threading.Semaphore(0), threading.Semaphore(0)
+    may_end = threading.Semaphore(0)
 
     def images(self, request, watch):
         watch.note(0.5)
-        self.half.release()
         assert self.may_end.acquire(timeout=PATIENCE_S)
         watch.note(0.75)
         return np.zeros((1, 8, 8, 4), np.float32)
 
 
-class Asking:
-    """Two channels of an asker, and the changes that are announced."""
-
-    def __init__(self, qtbot):
-        self.client, self.engine = EngineClient("test"), Slow()
-        self.channels = [Channel(self.client, name, self.client) for name in ("one", "two")]
-        self.told = []
-        self.work = AtWork(self.channels, self.client)
-        self.work.changed.connect(self.told.append)
-        with qtbot.waitSignal(self.client.engineReady):
-            self.client.start(lambda: self.engine, "Loading …")
-
-    def ask(self, number=0):
-        image = make_request(1)
-        self.channels[number].ask(BatchRequest(image.inputs, image.quality))
-
-
-@pytest.fixture
-def asking(qtbot, monkeypatch):
+def test_what_takes_long_is_told_until_it_is_there_or_called_off(qtbot, monkeypatch):
     monkeypatch.setattr(worker, "PROGRESS_S", 0.0)
     monkeypatch.setattr(at_work, "PATIENCE_MS", 40)
-    asking = Asking(qtbot)
-    yield asking
-    asking.engine.may_end.release(10)
-    asking.client.stop()
-    asking.client.join()
-
-
-def test_what_takes_long_is_told_until_it_is_there(qtbot, asking):
-    asking.ask()
-    qtbot.waitUntil(lambda: asking.told == [0.0])
-    asking.engine.may_end.release()
-    qtbot.waitUntil(lambda: asking.told == [0.0, 0.75, None])
-
-
-def test_what_is_called_off_is_no_longer_told(qtbot, asking):
-    asking.ask()
-    asking.ask(1)
-    qtbot.waitUntil(lambda: asking.told == [0.0])
-    asking.channels[0].cancel()
+    client, told, image = EngineClient("test"), [], make_request(1)
+    channels = [Channel(client, name, client) for name in ("one", "two")]
+    work = AtWork(channels, client)
+    work.changed.connect(told.append)
+    act_until(qtbot, client.engineReady, client.start, Slow, "Loading …")
+    channels[0].ask(BatchRequest(image.inputs, image.quality))
+    qtbot.waitUntil(lambda: told == [0.0])
+    Slow.may_end.release()
+    qtbot.waitUntil(lambda: told == [0.0, 0.75, None])
+    told.clear()
+    for channel in channels:
+        channel.ask(BatchRequest(image.inputs, image.quality))
+    qtbot.waitUntil(lambda: told == [0.0])
+    channels[0].cancel()
     # The other is still awaited.
-    assert asking.told == [0.0]
-    asking.client.stop()
-    assert asking.told == [0.0, None]
+    assert told == [0.0]
+    client.stop()
+    assert told == [0.0, None]
+    Slow.may_end.release(10)
+    client.join()

@@ -12,10 +12,6 @@ from model.scene.view import Projection, View
 BOX = (0.8, 0.48, 0.36)
 
 
-def at(azimuth):
-    return View(azimuth)
-
-
 def test_a_volume_starts_at_its_home_view(qtbot, state):
     state.set_view(View(10.0))
     signals = [state.navigationChanged, state.viewChanged, state.viewChangeFinished]
@@ -55,9 +51,9 @@ def test_the_home_view_follows_the_image_while_it_is_looked_from(state):
     state.set_reach((0.3, 0.5))
     assert state.view == wide != state.home
     # Whoever looks from elsewhere stays there.
-    state.set_view(at(77))
+    state.set_view(View(77))
     state.set_reach((0.5, 0.5), follow=True)
-    assert state.view == at(77) and state.home == square
+    assert state.view == View(77) and state.home == square
     state.reset_view()
     assert state.view == square
     state.set_up_axis("-y")

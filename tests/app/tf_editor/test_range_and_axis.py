@@ -3,13 +3,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from editor_events import LEFT, double_click, drag, pixel
+from hypothesis import example, given
+from hypothesis import strategies as st
 from mouse_events import wheel
 from PySide6.QtCore import QPointF, Qt
 from PySide6.QtTest import QTest
 
-from app.tf_editor.histogram import percentile_range
+from app.number_box import MINUS
+from app.tf_editor.histogram import percentile_range, without_comb
 from app.tf_editor.plot_area import PlotData
-from app.tf_editor.unit_axis import OpacityScale, ScalarAxis
+from app.tf_editor.unit_axis import OpacityScale, ScalarAxis, ticks
 from model.scene.ranges import fit_to_range
 from model.scene.tf_editing import recolor_stop
 from model.scene.transfer_function import OpacityTF
@@ -65,15 +68,13 @@ def test_what_a_line_passes_over_comes_back(editor, state):
     assert state.transfer_function == fit_to_range(edited, (lo, hi))
 
 
-def test_the_menu_sets_the_range(editor, state):
+def test_the_menu_sets_the_range(qtbot, editor, state):
     editor.menu.fit_to_data()
     assert state.scalar_range == (100.0, 300.0)
     editor.menu.set_percentiles(20.0, 99.0)
     assert state.scalar_range == (120.0, 200.0)
     assert state.edits.stack.count() == 2
-
-
-def test_return_closes_the_typed_range_unless_it_is_not_taken(qtbot, editor, state):
+    # Return closes the typed range unless it is not taken.
     editor.menu.type_range()
     popup = editor.menu.popup
     qtbot.waitUntil(popup.low.hasFocus)
@@ -125,17 +126,6 @@ def test_a_small_opacity_is_set_by_a_drag_on_the_logarithmic_scale(editor, state
     assert curve.max() < scale.height(0.6)
 
 
-@pytest.mark.parametrize("full", [(1.0, 1e4), (-50.0, 1e3), (0.0, 255.0), (1e9, 1e9 + 1)])
-def test_a_logarithmic_axis_inverts_itself_and_says_where_values_are(full):
-    axis = ScalarAxis.over(full, logarithmic=True)
-    values = np.linspace(*full, 33)
-    np.testing.assert_allclose(axis.values(axis.places(values)), values, rtol=1e-9, atol=1e-9)
-    assert (axis.place(full[0]), axis.place(full[1])) == (0.0, 1.0)
-    assert (np.diff(axis.places(values)) > 0).all()
-    for place, text in axis.ticks():
-        assert axis.value(place) == pytest.approx(float(text), rel=1e-3, abs=1e-6)
-
-
 def test_a_dragged_line_stretches_the_tf_and_back(editor, state):
     before = state.transfer_function
     viewport = editor.area.widget.viewport()
@@ -157,3 +147,110 @@ def test_a_dragged_line_stretches_the_tf_and_back(editor, state):
     np.testing.assert_allclose(
         state.transfer_function.opacity(values), before.opacity(values), atol=0.05
     )
+
+
+RANGES = [
+    (0.0, 1.0), (-1000.0, 3095.0), (0.0, 255.0), (1e-15, 3e-15), (1e9, 1e9 + 1.0), (-7e12, 5e12),
+    (0.0, 0.3),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("logarithmic", [False, True])
+@pytest.mark.parametrize("scalar_range", RANGES)
+@given(share=st.floats(0, 1))
+@example(share=2.36e-10)
+def test_places_and_values_are_each_others_inverse(scalar_range, logarithmic, share):
+    axis = ScalarAxis.over(scalar_range, logarithmic=logarithmic)
+    value = axis.value(share)
+    assert scalar_range[0] <= value <= scalar_range[1]
+    assert axis.place(value) == pytest.approx(share, abs=1e-6)
+
+
+@pytest.mark.parametrize("scalar_range", RANGES)
+def test_ticks_say_the_value_at_their_place(scalar_range):
+    lo, hi = scalar_range
+    marks = ticks(scalar_range)
+    assert 3 <= len(marks) <= 8
+    assert len({text for _, text in marks}) == len(marks)
+    for place, text in marks:
+        assert -1e-6 <= place <= 1 + 1e-6
+        assert float(text) == pytest.approx(lo + place * (hi - lo), abs=1e-3 * (hi - lo))
+
+
+@pytest.mark.parametrize(
+    ("full", "numbers", "texts"),
+    [
+        ((-0.54, 5.5), {}, ["0", "1", "2", "3", "4", "5"]),
+        ((-0.54, 2.5), {0: 0, 1: 17, 2: 2035}, ["0", "17", "2035"]),
+        ((-1.2, 100.3), {}, ["−1", "0", "20", "40", "60", "80", "100"]),
+    ],
+)
+def test_an_axis_of_labels_has_whole_numbers_and_ends_at_labels(full, numbers, texts):
+    assert [text for _, text in ScalarAxis.over(full, numbers=numbers).marks()] == texts
+
+
+@pytest.mark.parametrize("logarithmic", [False, True])
+def test_opacities_come_back_from_their_heights(logarithmic):
+    scale = OpacityScale(logarithmic)
+    opacities = np.array([0.0, 1e-5, 0.001, 0.02, 0.5, 1.0])
+    heights = scale.heights(opacities)
+    assert (heights[0], heights[-1]) == (0.0, pytest.approx(1.0))
+    assert (np.diff(heights) > 0).all()
+    assert [scale.opacity(height) for height in heights] == pytest.approx(list(opacities))
+    assert np.isfinite(scale.opacity(1e9)) and np.isfinite(scale.opacity(-1e9))
+
+
+@pytest.mark.parametrize(
+    ("full", "first", "last"),
+    [
+        ((0.0, 255.0), "0", "255 HU"), ((-1024.0, 2985.7), "−1024", "2985.7 HU"),
+        ((0.0, 0.2999999), "0", "0.3 HU"), ((1e9, 1e9 + 1.0), "1000000000", "1000000001 HU"),
+        ((1.5e-9, 3e-9), "1.5e−09", "3e−09 HU"), ((0.0, 65535.0), "0", "65535 HU"),
+    ],
+)  # fmt: skip
+def test_both_ends_are_labelled_and_the_unit_is_said_once(full, first, last):
+    labels = ScalarAxis.over(full).marks("HU")
+    assert (labels[0], labels[-1]) == ((0.0, first), (1.0, last))
+    axis = ScalarAxis.over(full)
+    for place, text in labels[1:-1]:
+        assert "HU" not in text
+        assert axis.value(place) == pytest.approx(
+            float(text.replace(MINUS, "-")), abs=1e-3 * (full[1] - full[0])
+        )
+
+
+def test_on_a_logarithmic_scale_the_ends_say_what_they_are_logarithms_of():
+    marks = ScalarAxis.over((-3.0, 2.0), labels="log").marks("K")
+    assert marks[0] == (0.0, "0.001") and marks[-1] == (1.0, "100 K")
+    for place, text in marks[1:-1]:
+        assert 10.0 ** (-3.0 + 5.0 * place) == pytest.approx(
+            float(text.replace(MINUS, "-")), rel=1e-3
+        )
+
+
+SHAPE = 1000 * np.exp(-(((np.arange(256) - 120) / 50) ** 2)) + 20
+
+
+@pytest.mark.parametrize("stretch", [2, 3, 7, 1.4])
+def test_stretched_data_have_the_histogram_of_the_data_before(stretch):
+    values = np.unique(np.floor(np.arange(0, 256, stretch)).astype(int))
+    counts = np.zeros(256, dtype=np.int64)
+    counts[values] = (SHAPE[values] * stretch).astype(np.int64)
+    drawn = without_comb(counts)
+    inner = slice(values[1], values[-2])
+    assert (drawn[inner] > 0).all()
+    if float(stretch).is_integer():
+        assert drawn[inner] == pytest.approx(SHAPE[inner], rel=0.02)
+    # Otherwise a tooth stands for as much as the one beside it, which has a wider gap.
+    window = np.ones(14) / 14
+    smooth, expected = (np.convolve(h[inner], window, "valid") for h in (drawn, SHAPE))
+    assert smooth == pytest.approx(expected, rel=0.05)
+    assert drawn.sum() == pytest.approx(counts.sum(), rel=0.02)
+
+
+def test_gaps_that_are_not_a_combs_stay():
+    counts = SHAPE.astype(np.int64)
+    counts[100:140] = 0
+    counts[200] = 0
+    np.testing.assert_array_equal(without_comb(counts), counts)
+    np.testing.assert_array_equal(without_comb(np.zeros(9, dtype=np.int64)), np.zeros(9))

@@ -1,7 +1,7 @@
 """From the mouse to the pixels: a handle that is dragged, a view that is turned, a region drawn."""
 
 import threading
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 import pytest
@@ -13,7 +13,6 @@ from rested_window import rested
 from window_fakes import PATIENCE_S
 
 from app.engines.engines import REAL_BUILDERS
-from app.engines.messages import Result
 from app.engines.requests import RegionSensitivityRequest
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.scene.inputs import SceneInputs
@@ -41,17 +40,6 @@ class Drag:
 
     def release(self):
         QTest.mouseRelease(self.widget, LEFT, pos=self.end)
-
-
-@dataclass
-class Shown:
-    """Results that the reference's pane has shown, in this order."""
-
-    results: list[Result] = field(default_factory=list)
-
-    @property
-    def inputs(self):
-        return [result.request.inputs for result in self.results]
 
 
 def handle(window):
@@ -113,8 +101,9 @@ def gate(window, builders):
 
 
 def watched(window):
-    shown = Shown()
-    window.reference.resultShown.connect(shown.results.append)
+    """Requests and values that the reference's pane has shown from now on."""
+    shown = []
+    window.reference.resultShown.connect(shown.append)
     return shown
 
 
@@ -122,8 +111,8 @@ def let_go(qtbot, window, drag, shown):
     """End a drag, and return the picture that remains."""
     drag.release()
     qtbot.waitUntil(lambda: window.workspace.is_settled and not window.state.live)
-    qtbot.waitUntil(lambda: not shown.results[-1].request.quality.live)
-    return shown.results[-1]
+    qtbot.waitUntil(lambda: not shown[-1].request.quality.live)
+    return shown[-1]
 
 
 @pytest.mark.parametrize("walk", WALKS)
@@ -150,16 +139,16 @@ def test_one_picture_is_on_its_way_and_the_next_is_of_the_newest_state(
     assert asked[1].inputs == newest
     assert asked[1].quality.pixels.width <= window.workspace.reference.raster.width
     gate.release()
-    qtbot.waitUntil(lambda: len(shown.results) == 2)
+    qtbot.waitUntil(lambda: len(shown) == 2)
     # Nothing moves: what is shown is what there is.
-    assert len(asked) == 2 and shown.inputs[-1] == window.state.inputs
+    assert len(asked) == 2 and shown[-1].request.inputs == window.state.inputs
     drag.step()
     for _ in range(100):
         gate.release()
     last = let_go(qtbot, window, drag, shown)
     assert last.request.inputs == window.state.inputs
     assert last.request.quality.pixels == window.workspace.reference.raster
-    numbers = [result.request.sequence for result in shown.results]
+    numbers = [result.request.sequence for result in shown]
     assert numbers == sorted(numbers)
 
 
@@ -174,16 +163,16 @@ def test_what_is_taken_back_is_not_shown_any_more(qtbot, window, gate, builders)
     window.state.tf_input.cancel()
     for _ in range(100):
         gate.release()
-    qtbot.waitUntil(lambda: window.workspace.is_settled and len(shown.results) > 0)
-    qtbot.waitUntil(lambda: shown.inputs[-1] == before)
-    assert not shown.results[-1].request.quality.live
+    qtbot.waitUntil(lambda: window.workspace.is_settled and len(shown) > 0)
+    qtbot.waitUntil(lambda: shown[-1].request.inputs == before)
+    assert not shown[-1].request.quality.live
     drag.release()
     assert window.state.inputs == before
     # What is asked next is all that is shown next.
-    count = len(shown.inputs)
+    count = len(shown)
     window.state.set_view(View(80.0, 10.0))
-    qtbot.waitUntil(lambda: shown.inputs[-1] == window.state.inputs)
-    assert {each.opacity_tf for each in shown.inputs[count:]} == {before.opacity_tf}
+    qtbot.waitUntil(lambda: shown[-1].request.inputs == window.state.inputs)
+    assert {each.request.inputs.opacity_tf for each in shown[count:]} == {before.opacity_tf}
 
 
 @pytest.mark.parametrize("walk", WALKS)
@@ -194,9 +183,9 @@ def test_the_last_of_the_ray_casters_pictures_is_the_best(qtbot, real_window, wa
     drag.press()
     for count in range(MOVES):
         drag.step()
-        qtbot.waitUntil(lambda count=count: len(shown.results) > count)
+        qtbot.waitUntil(lambda count=count: len(shown) > count)
     newest = window.state.inputs
-    qtbot.waitUntil(lambda: shown.inputs[-1] == newest, timeout=1000 * PATIENCE_S)
+    qtbot.waitUntil(lambda: shown[-1].request.inputs == newest, timeout=1000 * PATIENCE_S)
     last = let_go(qtbot, window, drag, shown)
     assert last.request.inputs == newest
     whole = window.workspace.reference.raster
@@ -211,7 +200,7 @@ def test_the_last_of_the_ray_casters_pictures_is_the_best(qtbot, real_window, wa
         renderer.close()
     np.testing.assert_allclose(last.value, expected, atol=1e-6)
     # The coarse ones came first.
-    assert shown.results[0].request.quality.live
+    assert shown[0].request.quality.live
 
 
 def test_a_region_is_answered_as_it_is_drawn_and_in_full_in_the_end(qtbot, window, builders):

@@ -1,13 +1,22 @@
 import threading
 
+import imageio.v3 as iio
 import numpy as np
+import pytest
+from PySide6.QtCore import Qt
 from PySide6.QtGui import QGuiApplication, QImage
-from PySide6.QtWidgets import QDialog, QFileDialog
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QDialog, QMessageBox, QPushButton
+from ramp import make_tf
 from window_fakes import PATIENCE_S, FakeEngine
 
 from app.engines.requests import SupersededError
-from app.window.figure import FigureChoice
+from app.window.figure import FigureChoice, Subject, figure, pixels_of
 from app.window.figure_dialog import FigureDialog
+from model.errors import RenderError
+from model.rendering.scale_bar import Scale
+from model.scene.inputs import SceneInputs
+from model.scene.view import View
 
 
 def test_figures_are_saved_and_copied(qtbot, window, builders, tmp_path, monkeypatch):
@@ -15,7 +24,6 @@ def test_figures_are_saved_and_copied(qtbot, window, builders, tmp_path, monkeyp
         place = tmp_path / f"{background}.png"
         window.saving.draw(FigureChoice(90, 40, background), place)
         qtbot.waitUntil(place.exists)
-        qtbot.waitUntil(lambda: "Saved" in window.status.news)
         saved = QImage(str(place))
         assert (saved.width(), saved.height()) == (90, 40)
         assert saved.pixelColor(5, 5).getRgb() == (255, 255, 255, 255)
@@ -37,17 +45,10 @@ def test_figures_are_saved_and_copied(qtbot, window, builders, tmp_path, monkeyp
     copied = QGuiApplication.clipboard().image()
     assert (copied.width(), copied.height()) == (300, 200)
     colors = {copied.pixel(x, y) for x in range(200, 300, 3) for y in range(60, 200, 3)}
-    assert len(colors) > 5
-    assert len({copied.pixel(x, y) for x in range(0, 90, 3) for y in range(0, 60, 3)}) == 1
+    assert len(colors) > 5  # the legend
     place = tmp_path / "missing" / "picture.png"
     window.saving.draw(FigureChoice(20, 20), place)
     qtbot.waitUntil(lambda: "picture.png" in window.notice.text)
-    place = str(tmp_path / "wide")
-    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (place, ""))
-    monkeypatch.setattr(FigureDialog, "exec", lambda _dialog: QDialog.DialogCode.Accepted)
-    window.saving.ask()
-    qtbot.waitUntil((tmp_path / "wide.png").exists)
-    qtbot.waitUntil(lambda: not window.saving.unfinished)
     # One is offered in its final size where there is an image.
     monkeypatch.undo()
     window.reference.canvas.show_image(None)
@@ -132,18 +133,15 @@ def test_figures_of_both_images_begin_as_the_screen_and_wait_for_both(
     window.image_error.set_wanted(True)
     window.saving.ask()
     window.image_error.set_wanted(False)
-    for shown in ("generator", "reference"):
+    choices = "both", "difference", "generator", "reference"
+    for shown in choices[2:]:
         window.panes.show_images(shown)
         window.saving.ask()
     assert [(one.which, one.legend, one.scale_bar) for one in begun] == [
-        ("both", False, False),
-        ("difference", True, True),
-        ("generator", True, True),
-        ("reference", True, True),
+        (which, which != "both", which != "both") for which in choices
     ]
     window.panes.show_images("both")
-    choices = ("both", "difference", "generator")
-    for which in choices:
+    for which in choices[:3]:
         place = tmp_path / f"{which}.png"
         window.saving.draw(FigureChoice(404, 200, (0, 0, 0), which=which), place)
         qtbot.waitUntil(place.exists)
@@ -157,3 +155,227 @@ def test_figures_of_both_images_begin_as_the_screen_and_wait_for_both(
             assert len(set(colors[1])) == 1 and colors[1] != black
         else:
             assert colors == [white, black if which == "both" else white, white]
+
+
+TURN = FigureChoice(64, 48, seconds=0.5, rate=8)
+
+
+@pytest.fixture
+def asked(monkeypatch):
+    """Requests for pictures, which are as red as their azimuth."""
+    requests = []
+
+    def picture(self, request, _is_wanted):
+        requests.append(request)
+        self._wait_or_fail()
+        pixels = request.quality.pixels
+        image = np.full((pixels.height, pixels.width, 4), 255, np.uint8)
+        image[..., :3] = round(255 * request.inputs.view.azimuth / 360), 0, 0
+        return image
+
+    monkeypatch.setattr(FakeEngine, "picture", picture)
+    return requests
+
+
+@pytest.fixture
+def turning(window, asked):
+    window.brightness.set(1.0)
+    window.state.set_view(View(10.0, 20.0))
+    return window
+
+
+def frames_of(path):
+    return np.stack([frame[..., :3] for frame in iio.imiter(path)])
+
+
+# imageio leaves its reader's pipes to the garbage collection.
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+@pytest.mark.filterwarnings("ignore::ResourceWarning")
+def test_a_turntable_is_a_full_turn_of_the_size_length_and_rate_asked_for(
+    qtbot, turning, asked, tmp_path
+):
+    window = turning
+    for suffix in (".mp4", ".gif"):
+        place = tmp_path / f"turn{suffix}"
+        asked.clear()
+        window.status.say("")
+        window.state.set_view(View(10.0, 20.0))
+        window.saving.draw(TURN, place)
+        assert window.saving.progress is not None
+        # The user may go on meanwhile.
+        window.state.set_view(View(200.0, -50.0))
+        qtbot.waitUntil(lambda: "Saved" in window.status.news, timeout=20_000)
+        assert window.saving.progress is None and not window.saving.unfinished
+        views = [request.inputs.view for request in asked if request.channel == "figure"]
+        assert [view.azimuth for view in views] == pytest.approx([10.0, 280.0, 190.0, 100.0])
+        assert {view.elevation for view in views} == {20.0}
+        movie = frames_of(place)
+        assert movie.shape == (4, 48, 64, 3)
+        reds = movie[:, 20, 30, 0].astype(float)
+        assert reds == pytest.approx([255 * a / 360 for a in (10, 280, 190, 100)], abs=12)
+        meta = iio.immeta(place)
+        # GIF counts in hundredths of a second.
+        seconds = 1 / meta["fps"] if suffix == ".mp4" else meta["duration"] / 1000
+        assert seconds == pytest.approx(0.125, abs=0.006)
+    assert {path.name for path in tmp_path.iterdir()} == {"turn.mp4", "turn.gif"}
+
+
+def test_what_cannot_be_drawn_or_written_is_told_and_leaves_no_file(
+    qtbot, turning, builders, tmp_path, monkeypatch
+):
+    window = turning
+    gate = builders.references[-1].gate = threading.Semaphore(1)
+    window.saving.draw(TURN, tmp_path / "turn.mp4")
+    progress = window.saving.progress
+    qtbot.waitUntil(lambda: progress.value() == 1)
+    (cancel,) = progress.findChildren(QPushButton)
+    assert cancel.text() == "Cancel"
+    QTest.mouseClick(cancel, Qt.MouseButton.LeftButton)
+    gate.release(10)
+    qtbot.waitUntil(lambda: not window.saving.unfinished)
+    assert "cancelled" in window.status.news
+    assert not [*tmp_path.iterdir()]
+    builders.references[-1].gate = None
+    window.saving.draw(TURN, tmp_path / "missing" / "turn.gif")
+    qtbot.waitUntil(lambda: "cannot be written" in window.notice.text, timeout=20_000)
+    qtbot.waitUntil(lambda: not window.saving.unfinished)
+    builders.references[-1].error = RenderError("It is broken; mend it.")
+    window.saving.draw(TURN, tmp_path / "turn.gif")
+    qtbot.waitUntil(lambda: "It is broken; mend it." in window.notice.text)
+    qtbot.waitUntil(lambda: not window.saving.unfinished)
+    builders.references[-1].error = None
+    gate = builders.references[-1].gate = threading.Semaphore(0)
+    window.saving.draw(TURN, tmp_path / "turn.gif")
+    window.workspace.reference.choose(lighting="none")
+    qtbot.waitUntil(lambda: "was cancelled" in window.notice.text)
+    gate.release(10)
+    qtbot.waitUntil(lambda: not window.saving.unfinished)
+    assert not [*tmp_path.iterdir()] and window.saving.progress is None
+    qtbot.waitUntil(lambda: window.workspace.is_settled)
+    # A window is closed with a movie only where that is meant.
+    asked = []
+    for answer, left in (("No", ["turn.mp4"]), ("Yes", [])):
+        gate = builders.references[-1].gate = threading.Semaphore(1)
+        window.status.say("")
+        (tmp_path / answer).mkdir()
+        window.saving.draw(TURN, tmp_path / answer / "turn.mp4")
+        progress = window.saving.progress
+        qtbot.waitUntil(lambda progress=progress: progress.value() == 1)
+
+        def question(_parent, _title, text, answer=answer):
+            asked.append(text)
+            return QMessageBox.StandardButton[answer]
+
+        monkeypatch.setattr(QMessageBox, "question", question)
+        gate.release(10)
+        assert window.close() is (answer == "Yes")
+        if answer == "No":
+            qtbot.waitUntil(lambda: "Saved" in window.status.news, timeout=20_000)
+        assert [each.name for each in (tmp_path / answer).iterdir()] == left
+    assert asked == 2 * ["turn.mp4 is being drawn.\nQuit and stop it?"]
+
+
+def choose(dialog, box_name, text):
+    box = getattr(dialog, box_name)
+    row = next(i for i in range(box.count()) if text in box.itemText(i))
+    box.setCurrentIndex(row)
+    box.activated.emit(row)
+
+
+def test_each_of_what_it_may_show_has_its_proportions(qtbot):
+    sizes = {
+        "reference": (960, 720), "generator": (128, 128), "both": (1454, 720),
+        "difference": (720, 720),
+    }  # fmt: skip
+    dialog = FigureDialog(sizes, FigureChoice(0, 0, legend=True, scale_bar=True, which="both"))
+    qtbot.addWidget(dialog)
+    asked = []
+    dialog.preview = asked.append
+    assert dialog.choice() == FigureChoice(1454, 720, (0, 0, 0), True, True, "both")
+    choose(dialog, "size_box", "1024")
+    for text, which, size in (
+        ("Generator", "generator", (1024, 1024)),
+        ("Ground truth", "reference", (1024, 768)),
+    ):
+        choose(dialog, "which_box", text)
+        choice = dialog.choice()
+        assert (choice.which, choice.width, choice.height) == (which, *size)
+    # An own width stays, with the height of these proportions.
+    dialog.width_box.setValue(2000)
+    choose(dialog, "which_box", "Difference")
+    assert (dialog.choice().width, dialog.choice().height) == (2000, 2000)
+    assert dialog.legend_box.isHidden() and dialog.background_box.isHidden()
+    choose(dialog, "which_box", "Both")
+    assert not dialog.legend_box.isHidden() and dialog.movie_box.isHidden()
+    # Each choice is previewed.
+    choose(dialog, "background_box", "White")
+    assert asked[-1] == dialog.choice() and asked[-1].background == WHITE
+
+
+@pytest.mark.parametrize("background", [None, (255, 255, 255), (3, 60, 90)])
+def test_the_last_choice_comes_back(qtbot, background):
+    last = FigureChoice(64, 64, background, True)
+    dialog = FigureDialog({"reference": (20000, 10000)}, last)
+    qtbot.addWidget(dialog)
+    assert dialog.choice() == FigureChoice(8192, 4096, background, True)
+    dialog.copy_button.click()
+    assert dialog.result() == QDialog.DialogCode.Accepted and dialog.copies
+
+
+def test_a_movie_has_even_sides_that_players_show_and_a_background(qtbot):
+    dialog = FigureDialog({"reference": (20001, 10000)}, FigureChoice(0, 0, None, seconds=2.0))
+    qtbot.addWidget(dialog)
+    assert dialog.choice() == FigureChoice(4096, 2048, (0, 0, 0), seconds=2.0)
+    assert dialog.copy_button.isHidden()
+    dialog.rate_box.setValue(10)
+    assert dialog.choice().frame_count == 20
+    dialog.movie_box.setChecked(False)
+    assert dialog.choice().frame_count == 0 and not dialog.copy_button.isHidden()
+    assert dialog.seconds_box.isHidden()
+    dialog.width_box.setValue(8192)
+    assert dialog.choice() == FigureChoice(8192, 4096, None, rate=10)
+
+
+SCALE = Scale((0.577, 0.577, 0.577), 50.0, "mm", (0.0, 0.0, 0.0), (1.0, 1.0, 1.0))
+INPUTS = SceneInputs.of(View(), make_tf())
+BLACK, WHITE = (0, 0, 0), (255, 255, 255)
+
+
+def plain(level, height, width):
+    image = np.full((height, width, 4), level, np.float32)
+    image[..., 3] = 1.0
+    return image
+
+
+def made(choice, **images):
+    subject = Subject("K", SCALE)
+    drawn = {name: (image, 1.0) for name, image in images.items()}
+    return pixels_of(figure(choice, drawn, INPUTS, subject)).astype(int)
+
+
+@pytest.mark.parametrize("size", [(600, 600), (1000, 500), (500, 1000)])
+def test_the_scale_bar_is_as_long_as_the_scale_says(size):
+    width, height = size
+    image = plain(0.0, height, width)
+    without = made(FigureChoice(width, height, BLACK), reference=image)
+    shown = made(FigureChoice(width, height, BLACK, scale_bar=True), reference=image)
+    assert (without == 0).all()
+    changed = np.abs(shown - without).max(axis=-1) > 128
+    rows, columns = np.nonzero(changed)
+    assert rows.min() > 0.9 * height and columns.max() < width / 2
+    bar = SCALE.bar(INPUTS.view)
+    length = bar.share * min(size)
+    # The longest row of pixels is the bar.
+    longest = changed.sum(axis=1).max()
+    assert longest == pytest.approx(length, abs=4)
+
+
+def test_the_difference_is_brightest_where_it_is_largest():
+    truth = plain(0.5, 300, 300)
+    drawn = truth.copy()
+    drawn[100:150, 100:150, :3] += 0.3
+    choice = FigureChoice(300, 300, None, True, True, "difference")
+    pixels = made(choice, generator=drawn, reference=truth)
+    inside, outside = pixels[125, 125], pixels[60, 60]
+    assert inside.sum() > outside.sum() + 60
+    assert np.abs(pixels[240:, 150:] - outside).max() > 100

@@ -1,13 +1,19 @@
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
+import pytest
 from fake_models import make_model
+from PySide6.QtWidgets import QFileDialog, QMessageBox
 from ramp import make_tf, make_volume
-from rested_window import act_until, notice_buttons
+from rested_window import act_until, notice_buttons, open_volume, settle
 
+from app.state.library import KnownModel, Library
 from app.window import files
+from app.window.context import ask_for_place, file_name
+from app.window.files import TF_FILTER
 from app.window.volume_dialogs import PropertiesDialog
 from model.scene.scene import Scene
 from model.scene.transfer_function import ColorTF, OpacityTF, TransferFunction
@@ -39,15 +45,6 @@ def test_a_tf_is_shown_over_its_range_or_fitted(qtbot, window, tmp_path, builder
     assert opened.volume.data_range == (100.0, 200.0)
     act_until(qtbot, window.workspace.rangeChanged, window.state.edits.undo)
     assert window.workspace.opened.volume.scalar_range == (100.0, 200.0)
-    visible = window.editor.area.axis.visible
-    with qtbot.waitSignal(window.workspace.rangeChanged):
-        window.state.tf_input.set(over(make_tf(), 120.0, 180.0), "edit")
-    histogram = window.editor.area.histogram
-    assert histogram.counts.sum() == 120
-    inside = histogram.edges[(histogram.edges > 120) & (histogram.edges < 180)]
-    assert np.ptp(np.diff(inside)) < 1e-9
-    assert window.editor.area.axis.visible == visible
-    act_until(qtbot, window.workspace.rangeChanged, window.state.edits.undo)
     # Otherwise all handles lie over one another.
     over(make_tf(151.0), 150.0, 152.0).save(tmp_path / "tf.json")
     axis = window.editor.area.axis
@@ -80,11 +77,6 @@ def test_a_model_offers_its_volume_and_comes_back_with_it(qtbot, window, builder
     qtbot.waitUntil(lambda: window.preferences.recent("models") == [folder])
     known = window.preferences.volume(other.fingerprint)
     assert (known.path, known.models) == (str(place), (str(folder),))
-    # Beside a model, a TF keeps to its range.
-    over(make_tf(150.0), 120.0, 180.0).save(tmp_path / "tf.json")
-    window.files.open_transfer_function(tmp_path / "tf.json")
-    assert window.state.scalar_range == (100.0, 300.0)
-    assert window.state.transfer_function.opacity.modes[0].mean == 150.0
     window.files.open_model(tmp_path)
     assert str(tmp_path) in window.notice.text
     assert window.workspace.model.folder == folder
@@ -107,20 +99,11 @@ def test_files_are_opened_as_what_they_are_asked_for_once_and_named_where_they_a
     layout = RawLayout((4, 5, 6), "uint8", spacing=(1.0, 1.0, 2.5))
     asked = []
 
-    class Dialog:
-        def __init__(self, path, parent):
-            asked.append(path)
+    def dialog(path, _parent):
+        asked.append(path)
+        return SimpleNamespace(exec=lambda: True, choice=lambda: layout, deleteLater=list)
 
-        def exec(self):
-            return True
-
-        def choice(self):
-            return layout
-
-        def deleteLater(self):  # noqa: N802 (Qt's name)
-            pass
-
-    monkeypatch.setattr(files, "RawDialog", Dialog)
+    monkeypatch.setattr(files, "RawDialog", dialog)
     used = []
 
     def read(path, raw=None):
@@ -173,3 +156,124 @@ def test_spacing_and_stretch_are_typed_and_kept_with_the_file(qtbot, make_window
         assert (opened_volume.spacing, opened_volume.file.stretch) == ((0.5, 0.5, 6.0), 3.0)
         with opened():
             window.files.open(path)
+
+
+@pytest.fixture
+def answer(monkeypatch):
+    """What the user chooses in every file dialog; empty cancels."""
+
+    def set_answer(path):
+        for name in ("getOpenFileName", "getSaveFileName"):
+            monkeypatch.setattr(QFileDialog, name, lambda *_: (str(path), ""))
+        monkeypatch.setattr(QFileDialog, "getExistingDirectory", lambda *_: str(path))
+
+    return set_answer
+
+
+def test_files_are_opened_and_saved_unless_that_is_cancelled(
+    qtbot, make_window, answer, builders, tmp_path, monkeypatch
+):
+    window = make_window()
+    files = window.files
+    ask_for_tf = partial(files.ask, "Open TF", TF_FILTER, files.open_transfer_function)
+    answer("")
+    before = window.state.transfer_function
+    for ask in (
+        files.ask_and_open,
+        partial(files.ask, "Open model", "", files.open_model),
+        ask_for_tf,
+        files.save_transfer_function,
+        lambda: ask_for_place(window.context, "Save", "", (".png",)),
+    ):
+        ask()
+    assert window.state.transfer_function == before
+    assert window.notice.text == ""
+    assert window.workspace.is_settled
+    assert list(tmp_path.iterdir()) == []
+    answer(tmp_path / "mine.json")
+    window.state.tf_input.set(make_tf(123.0), "edit")
+    files.save_transfer_function()
+    assert TransferFunction.load(tmp_path / "mine.json") == make_tf(123.0)
+    window.state.reset_transfer_function()
+    ask_for_tf()
+    assert window.state.transfer_function == make_tf(123.0)
+    assert window.preferences.settings.last_folder == str(tmp_path)
+    assert window.preferences.recent("transfer_functions") == [tmp_path / "mine.json"]
+    foreign = tmp_path / "foreign.json"
+    answer(foreign)
+    for content in ("", "{}", "[1, 2]"):
+        foreign.write_text(content)
+        window.notice.clear()
+        ask_for_tf()
+        assert str(foreign) in window.notice.text
+        assert window.state.transfer_function == make_tf(123.0)
+    answer(tmp_path / "missing" / "tf.json")
+    files.save_transfer_function()
+    assert "tf.json" in window.notice.text
+    # An ending is added, and replaces no file unasked.
+    buttons = QMessageBox.StandardButton
+    for name in ("other", "other.v2"):
+        answer(tmp_path / name)
+        path = tmp_path / f"{name}.json"
+        path.write_text("mine")
+        monkeypatch.setattr(QMessageBox, "question", lambda *_: buttons.No)
+        files.save_transfer_function()
+        assert path.read_text() == "mine"
+        monkeypatch.setattr(QMessageBox, "question", lambda *_: buttons.Yes)
+        files.save_transfer_function()
+        assert TransferFunction.load(path) == window.state.transfer_function
+    window.notice.clear()
+    builders.volumes["other"] = make_volume("other", top=300.0)
+    answer("other.nrrd")
+    with qtbot.waitSignal(window.workspace.volumeStarted):
+        files.ask_and_open()
+    assert window.state.scalar_range == (100.0, 300.0)
+
+
+def test_the_volumes_name_becomes_a_files():
+    found = [file_name(name) for name in ("engine", "CT: head/neck (2)", "../..")]
+    assert found == ["engine", "CT_head_neck_2", ""]
+
+
+@pytest.fixture
+def shipped(builders, monkeypatch):
+    """The ramp has a shipped model, the hill has none."""
+    builders.volumes["hill"] = make_volume("hill", top=150.0)
+    ramp = builders.volumes["ramp"].fingerprint
+
+    def models_of(_library, fingerprint, remembered):
+        return [KnownModel(Path("shipped"), "shipped", "")] if fingerprint == ramp else []
+
+    monkeypatch.setattr(Library, "models_of", models_of)
+
+
+def test_a_volume_brings_its_shipped_model(qtbot, make_window, shipped, builders):
+    window = make_window(model=None)
+    assert len(builders.generators) == 1
+    assert window.generator.canvas.image is not None
+    open_volume(qtbot, window, "hill")
+    settle(qtbot, window)
+    assert len(builders.generators) == 1
+    assert window.generator.canvas.image is None
+    # The other volume's model is not kept in memory.
+    qtbot.waitUntil(lambda: builders.generators[0].closed)
+
+
+def test_a_chosen_model_gives_way_to_that_of_another_volume(qtbot, make_window, shipped, builders):
+    builders.scene = Scene.of(builders.volumes["hill"], image_size=16)
+    window = make_window(volume="hill", model=Path("mine"))
+    assert window.workspace.model.folder == Path("mine")
+    open_volume(qtbot, window, "ramp")
+    settle(qtbot, window)
+    assert window.workspace.model.folder == Path("shipped")
+
+
+def test_a_chosen_model_waits_for_its_volume(qtbot, make_window, shipped, builders):
+    builders.scene = Scene.of(builders.volumes["hill"], image_size=16)
+    window = make_window(volume="ramp", model=Path("mine"))
+    assert window.workspace.model.folder == Path("mine")
+    assert "'hill'" in window.generator.canvas.message
+    open_volume(qtbot, window, "hill")
+    settle(qtbot, window)
+    assert window.workspace.model.folder == Path("mine")
+    assert window.generator.canvas.image is not None

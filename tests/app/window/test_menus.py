@@ -2,14 +2,32 @@ from pathlib import Path
 
 import pytest
 from fake_models import make_model
-from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QCheckBox, QComboBox, QLabel, QPushButton
+from mouse_events import wheel
+from PySide6.QtCore import QPointF, Qt
+from PySide6.QtGui import QAccessible, QAction
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import (
+    QAbstractButton,
+    QAbstractSlider,
+    QAbstractSpinBox,
+    QApplication,
+    QCheckBox,
+    QComboBox,
+    QLineEdit,
+    QPushButton,
+    QScrollBar,
+    QTabBar,
+    QWidget,
+)
 from ramp import make_volume
 from rested_window import notice_buttons
+from superqt import QDoubleRangeSlider
 
+from app.image_view.image_canvas import ImageCanvas
 from app.state import library
 from app.window.context import menu_names
 from app.window.settings_dialog import SettingsDialog
+from model.scene.region import Outline
 
 
 def menu_of(window, *titles):
@@ -81,15 +99,9 @@ def test_settings_are_found_by_words_and_apply_at_once(qtbot, make_window):
     for words, expected in (("ray caster", ["Renderer"]), ("512", ["Image size"]), ("xyz", [])):
         dialog.search.setText(words)
         assert dialog.found == expected
-    for word in ("interpolate", "brightness"):
-        dialog.search.setText(word)
-        said = " ".join(each.text() for each in dialog.findChildren(QLabel) if each.isVisible())
-        assert {"interpolate": "View > Interpolate", "brightness": "top right"}[word] in said
     dialog.search.setText("")
     assert dialog.found == everything
     boxes = {b.accessibleName(): b for b in dialog.findChildren(QComboBox)}
-    # No choice is cut off.
-    assert all(box.width() >= box.sizeHint().width() for box in boxes.values())
     row = boxes["Image size"].findText("512 × 512")
     boxes["Image size"].setCurrentIndex(row)
     boxes["Image size"].activated.emit(row)
@@ -113,3 +125,93 @@ def test_files_of_one_name_are_told_apart_by_their_folders():
     paths = [Path("/s1/anat/t1.nii"), Path("/s2/anat/t1.nii")]
     assert menu_names(paths) == ["t1.nii  (s1/anat)", "t1.nii  (s2/anat)"]
     assert menu_names([]) == []
+
+
+CONTROLS = QAbstractButton, QAbstractSpinBox, QAbstractSlider, QComboBox, QLineEdit, ImageCanvas
+
+MOST = 200  # keys after which Tab goes round in a circle without the first one
+
+
+def values(parent):
+    """What everything shows that might take the wheel, in menus and popups, too."""
+    found = {w: w.text() for w in parent.findChildren(QAbstractSpinBox)}
+    for kind in (QComboBox, QTabBar):
+        found |= {w: w.currentIndex() for w in parent.findChildren(kind)}
+    sliders = parent.findChildren(QAbstractSlider)
+    return found | {w: w.value() for w in sliders if not isinstance(w, QScrollBar)}
+
+
+@pytest.fixture
+def window(qtbot, make_window):
+    """A window with a region, all cards, a notice and the panel."""
+    window = make_window()
+    window.resize(1600, 1000)
+    window.sensitivity_state.add_region(Outline.rectangle(0.3, 0.3, 0.7, 0.6))
+    window.crop_card.set_shown(True)
+    window.up_axis_card.ask()
+    window.notice.add("It failed.", tone="error")
+    qtbot.waitUntil(lambda: window.workspace.is_settled)
+    window.editor.moves.select_strongest()
+    window.activateWindow()
+    qtbot.waitUntil(window.isActiveWindow)
+    return window
+
+
+def walked(qtbot, window, key=Qt.Key.Key_Tab):
+    """What has the focus, one after the other, until the first one has it again."""
+    first = window.top_bar.volume
+    first.setFocus()
+    qtbot.waitUntil(first.hasFocus)
+    found = [first]
+    for _ in range(MOST):
+        QTest.keyClick(found[-1], key)
+        following = QApplication.focusWidget()
+        if following is first:
+            return found
+        if following is found[-1]:
+            # From one of its ends, or handles, to the next.
+            continue
+        assert following not in found, (name_of(following), [name_of(each) for each in found])
+        found.append(following)
+    raise AssertionError([name_of(each) for each in found])
+
+
+def controls(window):
+    for widget in window.findChildren(QWidget):
+        inner = isinstance(widget.parentWidget(), (QAbstractSpinBox, QLineEdit, QComboBox))
+        is_shown = (
+            widget.isVisible() and widget.isEnabled() and not widget.visibleRegion().isEmpty()
+        )
+        # The keys' way to the planes of the crop box are the numbers beside its sliders.
+        is_for_mice = isinstance(widget, QDoubleRangeSlider)
+        if isinstance(widget, CONTROLS) and is_shown and not (inner or is_for_mice):
+            yield widget
+
+
+def name_of(widget):
+    """What a screen reader says."""
+    interface = QAccessible.queryAccessibleInterface(widget)
+    return interface.text(QAccessible.Text.Name) if interface else ""
+
+
+def test_tab_reaches_every_control_and_each_has_a_name(qtbot, window):
+    for browsing in (False, True):
+        window.latent_state.choose(shown=browsing)
+        reached = walked(qtbot, window)
+        missed = [name_of(widget) for widget in controls(window) if widget not in reached]
+        assert missed == []
+        assert len(reached) > 40
+        assert [type(widget).__name__ for widget in reached if not name_of(widget)] == []
+        back = walked(qtbot, window, Qt.Key.Key_Backtab)
+        assert back[1:] == reached[:0:-1]
+    # And none follows the wheel unasked.
+    window.latent_state.choose(shown=True)
+    before = values(window)
+    assert len(before) >= 15
+    for control in before:
+        control.clearFocus()
+        for notches in (1, -1, -1):
+            wheel(control, QPointF(control.rect().center()), notches)
+        assert not control.hasFocus(), name_of(control)
+        assert control.focusPolicy() != Qt.FocusPolicy.WheelFocus, name_of(control)
+    assert values(window) == before

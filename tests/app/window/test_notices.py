@@ -1,14 +1,26 @@
 from functools import partial
+from itertools import combinations
+from pathlib import Path
 
 import pytest
 from mouse_events import drag
 from PySide6.QtCore import QPoint, QRect, Qt
+from PySide6.QtGui import QPixmap
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QPushButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QApplication, QLabel, QPushButton, QVBoxLayout, QWidget
+from ramp import make_tf, make_volume
+from rested_window import open_volume
 
 from app import controls
 from app.controls import Action
+from app.image_view.orientation_cube import OrientationCube
+from app.state.sensitivity_state import SensitivityState
+from app.window.cards import CropCard
 from app.window.notices import BOTTOM, SIDE, TOP, Floating, Notices
+from app.window.status_line import StatusLine
+from model.scene.crop import CropBox
+from model.scene.view import AXES, View
+from model.volume_files.shipped import shipped_volumes
 
 
 @pytest.fixture
@@ -77,7 +89,7 @@ def test_a_notice_replaces_the_one_of_its_key(bar):
     assert bar.text == "an error"
 
 
-def test_a_button_acts_once_and_removes_its_notice_first(qtbot, bar):
+def test_a_button_acts_once_and_escape_dismisses_one_after_another(qtbot, bar):
     seen = []
     bar.add("below")
     bar.add(
@@ -89,32 +101,13 @@ def test_a_button_acts_once_and_removes_its_notice_first(qtbot, bar):
     button = next(b for b in bar.findChildren(QPushButton) if b.text() == "Open")
     qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
     assert seen == ["below"] and bar.text == "below"
-    with pytest.raises(ValueError, match="room"):
-        bar.add("crowded", *[Action("x", list)] * 3)
-
-
-def test_escape_dismisses_one_after_another(qtbot, bar):
     bar.add("two")
     bar.add("one", Action("Act", list))
-    bar.findChildren(QPushButton)[0].setFocus()
-    qtbot.keyClick(QApplication.focusWidget(), Qt.Key.Key_Escape)
-    assert bar.text == "two"
-    qtbot.keyClick(QApplication.focusWidget(), Qt.Key.Key_Escape)
-    assert bar.text == "" and not bar.isVisible()
-
-
-class Card(QWidget):
-    def __init__(self, width, height):
-        super().__init__()
-        self.content = QWidget()
-        self.content.setFixedSize(width, height)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.addWidget(self.content)
-        self.hide()
-
-    def grow(self, height):
-        self.content.setFixedHeight(height)
+    bar.findChildren(QPushButton)[-1].setFocus()
+    for left in ("two\nbelow", "below", ""):
+        qtbot.keyClick(QApplication.focusWidget(), Qt.Key.Key_Escape)
+        assert bar.text == left
+    assert not bar.isVisible()
 
 
 @pytest.fixture
@@ -126,56 +119,32 @@ def area(qtbot):
     return area
 
 
-def test_notices_stand_in_the_middle_and_cards_in_a_corner(qtbot, area):
-    floating, notice, card = Floating(area), Card(480, 60), Card(320, 100)
-    floating.add("top", notice)
-    floating.add("bottom", card)
-    for widget in (notice, card):
-        assert not widget.isVisible()
-        widget.show()
-    assert notice.geometry() == QRect(260, TOP, 480, 60)
-    assert card.geometry() == QRect(SIDE, 356 - BOTTOM - 100, 320, 100)
-    area.resize(600, 400)
-    assert notice.geometry() == QRect(60, TOP, 480, 60)
-    assert card.geometry() == QRect(SIDE, 400 - BOTTOM - 100, 320, 100)
-    image = QWidget(area)
-    image.show()
-    floating.set_corner_of(image)
-    image.setGeometry(200, 0, 400, 400)
-    assert card.x() == 200 + SIDE
+def floated(floating, where, width, height):
+    card = QLabel()
+    card.setPixmap(QPixmap(width, height))
+    floating.add(where, card)
+    card.show()
+    return card
 
 
-def test_two_notices_are_listed_and_two_cards_stand_beside_each_other_where_there_is_room(
-    qtbot, area
-):
+def test_what_floats_is_in_the_area_and_nothing_lies_over_another(area):
     floating = Floating(area)
-    notices, cards = [Card(480, 50), Card(300, 40)], [Card(400, 120), Card(320, 100)]
-    for notice in notices:
-        floating.add("top", notice)
-        notice.show()
-    for card in cards:
-        floating.add("bottom", card)
-        card.show()
-    assert notices[1].y() > notices[0].geometry().bottom()
-    assert cards[0].geometry().bottom() == cards[1].geometry().bottom()
-    assert cards[0].geometry().right() < cards[1].x()
-    area.resize(600, 356)
-    assert cards[1].geometry().bottom() < cards[0].y()
-    notices[0].grow(90)
-    qtbot.waitUntil(lambda: notices[1].y() == TOP + 90 + 8)
+    notices = [floated(floating, "top", 480, 50), floated(floating, "top", 300, 40)]
+    cards = [floated(floating, "bottom", 400, 120), floated(floating, "bottom", 320, 100)]
+    for size in ((1000, 356), (600, 500)):
+        area.resize(*size)
+        boxes = [each.geometry() for each in (*notices, *cards)]
+        assert all(area.rect().contains(box) for box in boxes)
+        assert not any(one.intersects(other) for one, other in combinations(boxes, 2))
+        assert boxes[0].top() == TOP and boxes[2].left() == SIDE
 
 
 def test_a_card_is_dragged_stays_in_the_area_and_goes_back(qtbot, area):
-    floating, card = Floating(area), Card(320, 100)
-    floating.add("bottom", card)
-    card.show()
+    card = floated(Floating(area), "bottom", 320, 100)
     begun, left = card.geometry(), Qt.MouseButton.LeftButton
     grip = QPoint(20, 10)
 
     drag(card, grip, grip + QPoint(200, -50))
-    assert card.geometry() == begun.translated(200, -50)
-    # Without a button nothing moves.
-    QTest.mouseMove(card, grip + QPoint(30, 30))
     assert card.geometry() == begun.translated(200, -50)
     drag(card, grip, grip + QPoint(2000, 2000))
     assert card.geometry().bottomRight() == area.rect().bottomRight()
@@ -186,3 +155,193 @@ def test_a_card_is_dragged_stays_in_the_area_and_goes_back(qtbot, area):
     assert card.geometry().bottomRight() == area.rect().bottomRight()
     QTest.mouseDClick(card, left, pos=grip)
     assert card.geometry() == QRect(SIDE, 300 - BOTTOM - 100, 320, 100)
+
+
+@pytest.fixture
+def line(qtbot, state):
+    line = StatusLine(state, SensitivityState())
+    qtbot.addWidget(line)
+    line.resize(1200, 24)
+    line.show()
+    return line
+
+
+def test_whole_sentences_are_shown_as_many_as_there_is_room_for(line):
+    first, second = "This is short.", "This is so much longer that it does not fit. " * 4
+    line.say(f"{first} {second}".strip())
+    shown = line._news.text()
+    assert shown.startswith(first) and shown.endswith(". …")
+    line.say(first)
+    assert line._news.text() == first and line._news.toolTip() == ""
+
+
+def test_a_sentence_goes_after_a_time_or_what_it_is_about_unless_that_is_under_way(
+    qtbot, line, state
+):
+    line._rest.setInterval(20)
+    line.say("Reading a.nrrd …")
+    assert line.news == "Reading a.nrrd …" and not line._rest.isActive()
+    line.say("Saved a.png.")
+    assert line.news == "Saved a.png."
+    qtbot.waitUntil(lambda: line.news == "")
+    line.say("Opened a.json.")
+    state.edits.undo()
+    assert line.news == ""
+    line.say("Reading a.nrrd …")
+    state.edits.undo()
+    assert line.news == "Reading a.nrrd …"
+
+
+def test_the_views_numbers_are_about_the_up_axis(line, state):
+    state.set_view(View(40.0, -10.0, 0.0, 0.75))
+    assert line.view_text == "azimuth 40°   elevation −10°   distance .75"
+    state.set_view(View(40.0, -10.0, 0.0, 0.75, 0.25, -0.001))
+    assert line.view_text.endswith("pan +.25, +.00")
+    state.set_view(View(40.0, -10.0))
+    state.set_up_axis("-z")
+    assert line.view_text == "azimuth 40°   elevation −10°   distance 1.00"
+
+
+LEFT, PLAIN = Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier
+DIMENSIONS = (101, 51, 21)
+BOX = CropBox((0.2, 0.0, 0.5), (0.6, 1.0, 0.75))
+
+
+@pytest.fixture
+def crop_card(qtbot, state):
+    crop_card = CropCard(state)
+    qtbot.addWidget(crop_card)
+    crop_card.resize(1200, crop_card.height())
+    crop_card.set_volume(DIMENSIONS)
+    crop_card.set_shown(True)
+    qtbot.waitActive(crop_card)
+    return crop_card
+
+
+def at(slider, value):
+    knob = 9
+    return QPoint(round(knob / 2 + value * (slider.width() - knob)), slider.height() // 2)
+
+
+def type_into(box, text):
+    box.selectAll()
+    QTest.keyClicks(box, text)
+    QTest.keyClick(box, Qt.Key.Key_Return)
+
+
+def shown(crop_card):
+    return [(first.value(), last.value()) for first, last in crop_card.planes]
+
+
+def test_typed_voxels_are_planes_through_their_centers(qtbot, state, crop_card):
+    with qtbot.waitSignals(
+        [state.crop_input.changed, state.crop_input.changeFinished], order="strict"
+    ):
+        type_into(crop_card.planes[0][0], "25")
+    assert state.crop == CropBox((0.25, 0.0, 0.0), (1.0, 1.0, 1.0))
+    type_into(crop_card.planes[2][1], "10")
+    assert state.crop == CropBox((0.25, 0.0, 0.0), (1.0, 1.0, 0.5))
+    assert not state.live
+    type_into(crop_card.planes[0][0], "0")
+    type_into(crop_card.planes[2][1], "20")
+    assert state.crop is None
+    # Planes between voxels stay until their own number is typed.
+    state.crop_input.set(CropBox((0.123, 0.0, 0.0), (0.9, 1.0, 1.0)))
+    assert shown(crop_card)[0] == (12, 90)
+    type_into(crop_card.planes[0][1], "80")
+    assert state.crop == CropBox((0.123, 0.0, 0.0), (0.8, 1.0, 1.0))
+
+
+def test_an_end_is_dragged_live(qtbot, state, crop_card):
+    slider = crop_card.sliders[1]
+    QTest.mousePress(slider, LEFT, PLAIN, at(slider, 1.0))
+    assert state.crop is None
+    QTest.mouseMove(slider, at(slider, 0.5))
+    assert state.live
+    assert state.crop.high[1] == pytest.approx(0.5, abs=0.02)
+    assert shown(crop_card)[1] == (0, 25)
+    # No nearer than a voxel.
+    QTest.mouseMove(slider, at(slider, 0.0))
+    assert state.crop.high[1] - state.crop.low[1] == pytest.approx(1 / 50)
+    with qtbot.waitSignal(state.crop_input.changeFinished):
+        QTest.mouseRelease(slider, LEFT, PLAIN, at(slider, 0.0))
+    assert not state.live
+    # A slab keeps its thickness at the border.
+    state.crop_input.set(BOX)
+    slider = crop_card.sliders[0]
+    QTest.mousePress(slider, LEFT, PLAIN, at(slider, 0.4))
+    for target, low in ((0.5, 0.3), (3.0, 0.6), (-3.0, 0.0)):
+        QTest.mouseMove(slider, at(slider, target))
+        assert state.crop.low[0] == pytest.approx(low, abs=0.02)
+        assert state.crop.high[0] - state.crop.low[0] == pytest.approx(0.4)
+    # Hiding ends a drag and keeps the box.
+    with qtbot.waitSignal(state.crop_input.changeFinished):
+        QTest.mouseClick(crop_card.dismiss, LEFT)
+    QTest.mouseRelease(slider, LEFT)
+    assert not crop_card.isVisible() and not crop_card.is_shown
+    assert state.crop is not None and not state.live
+
+
+def test_it_is_asked_once_with_pictures(qtbot, make_window, builders):
+    window = make_window()
+    card = window.up_axis_card
+    assert card.isVisible()
+
+    def asked():
+        return [r for r in builders.analysts[-1].others if r.channel == "up axis"]
+
+    def level(axis):
+        return card.buttons[axis].icon().pixmap(8, 8).toImage().pixelColor(4, 4).red()
+
+    # The fake's images are each brighter than the one before.
+    qtbot.waitUntil(lambda: level(AXES[-1]) > level(AXES[1]) > 0)
+    # The reference may have drawn the first ones.
+    qtbot.waitUntil(lambda: bool(asked()))
+    assert 1 + len(asked()[-1].more) == len(AXES)
+    # The pictures follow the TF.
+    window.state.tf_input.set(make_tf(), "preset")
+    qtbot.waitUntil(lambda: asked()[-1].inputs.opacity_tf == make_tf().opacity)
+    card.buttons["-y"].click()
+    assert window.state.up_axis == "-y" and card.isHidden()
+    builders.volumes["other"] = make_volume("other", 300.0)
+    open_volume(qtbot, window, "other")
+    assert card.isVisible() and window.state.up_axis == "+z"
+    open_volume(qtbot, window, "ramp")
+    assert card.isHidden() and window.state.up_axis == "-y"
+    # Who leaves it, or chooses an axis elsewhere, is not asked again.
+    for name, answer in (
+        ("third", window.up_axis_card.leave.click),
+        ("fourth", lambda: window.state.set_up_axis("-x")),
+    ):
+        builders.volumes[name] = make_volume(name, 400.0 + len(name))
+        open_volume(qtbot, window, name)
+        assert card.isVisible()
+        answer()
+        axis = window.state.up_axis
+        open_volume(qtbot, window, "ramp")
+        open_volume(qtbot, window, name)
+        assert card.isHidden() and window.state.up_axis == axis
+
+
+def test_a_window_without_a_volume_offers_some(qtbot, make_window, builders):
+    window = make_window(volume="lost", model=None)
+    card, canvas = window.empty_card, window.reference.canvas
+    assert "missing" in canvas.message
+    assert card.isVisible() and canvas.rect().contains(card.geometry())
+    assert len(card.samples) == len(shipped_volumes())
+    # What would do nothing says so.
+    assert not window.tools.isEnabled() and not window.editor.isEnabled()
+    assert not any(cube.isVisible() for cube in window.findChildren(OrientationCube))
+    assert window.status.keys == "[Ctrl O] open a volume"
+    name = shipped_volumes()[0].stem
+    builders.volumes[name] = make_volume(name)
+    card.samples[0].click()
+    qtbot.waitUntil(lambda: window.workspace.is_settled)
+    assert window.windowTitle().startswith(name)
+    assert card.isHidden() and window.tools.isEnabled()
+    assert window.status.keys.startswith("[Drag] turn")
+    assert any(cube.isVisible() for cube in window.findChildren(OrientationCube))
+    # One that is there stays when another one cannot be read.
+    window.files.open_volume(Path("lost"))
+    qtbot.waitUntil(lambda: "missing" in window.notice.text)
+    assert card.isHidden()

@@ -1,21 +1,32 @@
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 
-from PySide6.QtCore import QObject, Qt, QTimer, Signal
+import numpy as np
+import pytest
+from PIL import Image
+from PySide6.QtCore import QObject, Qt, Signal
 from PySide6.QtTest import QTest
+from ramp import make_tf, make_volume
+from rested_window import settle
 from window_fakes import PATIENCE_S
 
 from app.engines.client import EngineState
-from app.launch import run_window
-from app.state import generator_work, reference_work
+from app.engines.engines import REAL_BUILDERS
+from app.image_view.picture import BLACK
+from app.state import generator_work, reference_choices, reference_work
 from app.state.generator_work import PATH_TITLE
 from app.state.library import Library
-from app.state.window_start import WindowStart
+from app.window.figure import FigureChoice
 from app.window.main_window import MainWindow
+from model.errors import CannotDrawError
 from model.kernel_cache import KernelGroup
+from model.rendering import opengl, vtk_renderer
 from model.rendering.path_tracing import denoising
+from model.rendering.raycast.renderer import RaycastRenderer
+from model.rendering.vtk_renderer import VtkRenderer
+from model.scene.inputs import SceneInputs
 from model.scene.scene import Scene
+from model.scene.view import View
 
 
 class HeldPreparation(QObject):
@@ -49,6 +60,13 @@ class HeldPreparation(QObject):
 
     def stop(self):
         """Nothing runs."""
+
+
+@pytest.fixture
+def network(monkeypatch):
+    """The network of path-traced light and its denoiser are there."""
+    monkeypatch.setattr(denoising, "installed", lambda: True)
+    monkeypatch.setattr(generator_work, "PATH_LIGHT", Path(__file__))
 
 
 def kernels(_volume, settings):
@@ -91,10 +109,8 @@ def test_vtk_draws_until_the_kernels_are_compiled(qtbot, builders, monkeypatch):
     assert not answers.regions
 
 
-def test_one_image_is_shown_until_the_path_tracer_can_draw(qtbot, builders, monkeypatch):
+def test_one_image_is_shown_until_the_path_tracer_can_draw(qtbot, builders, network, monkeypatch):
     monkeypatch.setattr(reference_work, "Preparation", HeldPreparation)
-    monkeypatch.setattr(denoising, "installed", lambda: True)
-    monkeypatch.setattr(generator_work, "PATH_LIGHT", Path(__file__))
     model_of_ramp = Scene.of(builders.volumes["ramp"], image_size=16)
     monkeypatch.setattr(Library, "scene_of", lambda *_: model_of_ramp)
     window = opened(qtbot, builders)
@@ -149,22 +165,177 @@ def test_where_vtk_cannot_draw_the_window_says_how_long_the_first_kernel_takes(
     qtbot.waitUntil(lambda: window.workspace.is_settled, timeout=1000 * PATIENCE_S)
 
 
-def test_a_screenshot_says_how_long_the_kernels_take(qapp, builders, monkeypatch, tmp_path, capsys):
-    class Quick(HeldPreparation):
-        def want(self, groups):
-            super().want(groups)
-            for group in set(groups) - self.there:
-                QTimer.singleShot(0, partial(self.finish, group))
-
-    monkeypatch.setattr(reference_work, "Preparation", Quick)
-    start = WindowStart(Path("ramp"), lighting="direct", renderer="raycast")
-    made = replace(builders.make(), kernels=kernels)
-    assert run_window(start, "auto", tmp_path / "window.png", made) == 0
-    assert capsys.readouterr().err == "0 of 2\n"
-
-
 def opened(qtbot, builders):
     window = MainWindow(replace(builders.make(), kernels=kernels))
     qtbot.addWidget(window)
     window.workspace.reference.choose(lighting="path")
     return window
+
+
+def test_the_network_draws_while_the_light_is_path_traced(
+    qtbot, make_window, builders, network, monkeypatch
+):
+    window = make_window()
+    reference = window.workspace.reference
+    model = builders.generators[-1]
+    assert window.generator.caption.title == "Generator"
+    reference.choose(lighting="path")
+    settle(qtbot, window)
+    assert window.generator.caption.title == PATH_TITLE
+    assert "serves all volumes" in window.workspace.model.errors
+    # One engine for each pane, of one sample and of many.
+    samples = sorted(each.samples for each in builders.settings if each.lighting == "path")
+    assert samples == [1, 64]
+    assert window.workspace.model.lighting == "path"
+    assert window.workspace.sensitivity.exact_source == "surrogate"
+    assert "Trained with" not in window.generator.hint
+    # The model answers nothing meanwhile.
+    assert window.workspace.latent.model is None
+    asked = len(model.requests)
+    window.state.move_view(window.state.view)
+    window.state.finish_view()
+    settle(qtbot, window)
+    assert len(model.requests) == asked
+    reference.choose(lighting="none")
+    settle(qtbot, window)
+    assert window.generator.caption.title == "Generator"
+    assert builders.generators[-1] is not model
+    assert window.workspace.sensitivity.exact_source == "exact"
+    assert window.workspace.latent.model is not None
+    # Without the network or the denoiser the model stays.
+    monkeypatch.setattr(generator_work, "PATH_LIGHT", Path("missing"))
+    reference.choose(lighting="path")
+    settle(qtbot, window)
+    assert window.generator.caption.title == "Generator"
+    assert "Trained with no light" in window.generator.hint
+    monkeypatch.setattr(generator_work, "PATH_LIGHT", Path(__file__))
+    reference.choose(denoises=False)
+    settle(qtbot, window)
+    assert window.generator.caption.title == "Generator"
+    # And without a model there is one pane still.
+    window.workspace.open_model(None)
+    reference.choose(denoises=True)
+    settle(qtbot, window)
+    assert not window.generator.isVisible()
+
+
+def test_a_volume_that_was_seen_in_path_traced_light_opens_in_a_quicker_one(
+    qtbot, make_window, builders, network
+):
+    builders.volumes["other"] = make_volume("other", 300.0)
+    window = make_window(model=None)
+    reference = window.workspace.reference
+    reference._first_rest.setInterval(1)
+    # Who looks at it has it at once.
+    reference.choose(lighting="path")
+    assert reference.settings.lighting == "path"
+    lights = []
+    for name in ("other", "ramp"):
+        begun = len(builders.settings)
+        window.workspace.opening.open(Path(name))
+        qtbot.waitUntil(lambda name=name: window.workspace.opened.volume.name == name)
+        settle(qtbot, window)
+        lights.append([settings.lighting for settings in builders.settings[begun:]])
+    assert lights == [["soft"], ["soft", "path"]]
+
+
+def test_the_generators_image_alone_is_as_large_as_its_pane(qtbot, make_window, network):
+    window = make_window(size=None)
+    window.workspace.reference.choose(lighting="path")
+    window.panes.show_images("generator")
+    # What is hidden may have no size.
+    window.reference.canvas.resize(0, 100)
+
+    def fills(canvas):
+        pixels = canvas.image and (canvas.image.width(), canvas.image.height())
+        return canvas.width() > 1.5 * canvas.height() and pixels == canvas.pixels
+
+    qtbot.waitUntil(lambda: fills(window.generator.canvas))
+    # Nor has one that has just come, while the other, as large as before, is no longer hidden.
+    window.reference.canvas.resize(window.generator.canvas.size())
+    window.generator.canvas.resize(0, 100)
+    window.panes.show_images("reference")
+    qtbot.waitUntil(lambda: fills(window.reference.canvas))
+
+
+CHOICE = FigureChoice(48, 32, BLACK)
+
+
+@pytest.fixture
+def real_reference(builders, monkeypatch):
+    """Have the reference drawn in truth, with a graphics card, where soft light is too slow."""
+    # Compiled before a window waits for it.
+    for lighting in ("none", "direct", "soft"):
+        renderer = RaycastRenderer(make_volume(), lighting)
+        renderer.render(SceneInputs.of(View(), make_tf()), 8)
+        renderer.close()
+    monkeypatch.setattr(opengl, "opengl_name", lambda: "NVIDIA RTX A2000/PCIe/SSE2")
+    monkeypatch.setattr(builders, "reference", REAL_BUILDERS.reference)
+    monkeypatch.setattr(reference_choices, "slow_lights", lambda _seconds: frozenset({"soft"}))
+
+
+def fail(*_, **__):
+    raise CannotDrawError("VTK cannot draw ramp on this machine ('out of memory'); crop it.")
+
+
+@pytest.mark.parametrize("place", ["offscreen_window", "render"])
+def test_the_ray_caster_draws_and_a_sentence_says_so(
+    qtbot, make_window, real_reference, monkeypatch, tmp_path, place
+):
+    if place == "render":
+        monkeypatch.setattr(VtkRenderer, "render", fail)
+    else:
+        monkeypatch.setattr(vtk_renderer, "offscreen_window", fail)
+    window = make_window(model=None, lighting="direct")
+    assert window.reference.client.error is None
+    assert "out of memory" in window.reference.detail
+    assert "the ray caster draws instead" in window.reference.detail
+    window.brightness.set(1.0)
+    window.saving.draw(CHOICE, tmp_path / "picture.png")
+    qtbot.waitUntil((tmp_path / "picture.png").exists)
+    assert np.asarray(Image.open(tmp_path / "picture.png").convert("RGB")).max() > 20
+    # What nothing draws is not saved.
+    monkeypatch.setattr(RaycastRenderer, "render", fail)
+    window.saving.draw(CHOICE, tmp_path / "another.png")
+    qtbot.waitUntil(lambda: "out of memory" in window.notice.text)
+    assert [each.name for each in tmp_path.iterdir()] == ["picture.png"]
+
+
+def test_without_a_graphics_card_vtk_draws_where_it_is_chosen(
+    qtbot, make_window, real_reference, monkeypatch
+):
+    monkeypatch.setattr(opengl, "opengl_name", lambda: "llvmpipe (LLVM 15.0.6, 256 bits)")
+    window = make_window(model=None, lighting="direct")
+    client, choose = window.reference.client, window.workspace.reference.choose
+    assert client.description == "ray caster" and "llvmpipe" in client.remark
+    for changes, name in (
+        ({"drawing": "vtk"}, "VTK"),
+        ({"drawing": "raycast"}, "ray caster"),
+        ({"drawing": "auto"}, "ray caster"),
+        # VTK does not draw this light, with or without a graphics card.
+        ({"lighting": "soft"}, "ray caster"),
+    ):
+        choose(**changes)
+        is_automatic = changes.get("drawing", "auto") == "auto"
+        qtbot.waitUntil(lambda: client.is_ready and client.is_settled, timeout=1000 * PATIENCE_S)
+        assert (client.description, bool(client.remark)) == (name, is_automatic)
+
+
+def test_the_ground_truth_next_to_a_generator_is_vtks_without_a_graphics_card(
+    qtbot, make_window, real_reference, monkeypatch
+):
+    monkeypatch.setattr(opengl, "opengl_name", lambda: "llvmpipe (LLVM 15.0.6, 256 bits)")
+    window = make_window(lighting="direct")
+    client = window.reference.client
+    shown = []
+    window.reference.resultShown.connect(lambda result: shown.append(result.image.by))
+    for lighting, name in (("direct", "VTK"), ("none", "VTK"), ("soft", "ray caster")):
+        window.workspace.reference.choose(lighting=lighting)
+        window.state.set_view(View(azimuth=40.0 + len(shown)))
+        qtbot.waitUntil(lambda: client.is_ready and client.is_settled, timeout=1000 * PATIENCE_S)
+        assert shown[-1].startswith(name) and window.reference.status.startswith(name)
+    # Alone, where nothing is compared with it, the ray caster's faster image stays.
+    window.workspace.open_model(None)
+    window.workspace.reference.choose(lighting="direct")
+    qtbot.waitUntil(lambda: client.is_ready and client.is_settled, timeout=1000 * PATIENCE_S)
+    assert shown[-1] == "ray caster" and "llvmpipe" in client.remark

