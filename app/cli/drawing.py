@@ -140,19 +140,19 @@ def choose_tf(
     path: Path | None, volume: Volume, keeps_range: bool, known: TransferFunction | None = None
 ) -> tuple[TransferFunction, Volume]:
     """Return a known TF, that of a file, or a volume's first one, and the volume over its range."""
-    if known is not None:
-        if keeps_range:
-            return fit_to_range(known, volume.scalar_range), volume
-        fitted = fit_to_volume(known, volume)
-        return fitted, volume.over(fitted.scalar_range, fitted.scale)
-    if path is None:
+    if known is not None and keeps_range:
+        return fit_to_range(known, volume.scalar_range), volume
+    if known is None and path is None:
         return first_transfer_function(volume), volume
-    if keeps_range:
+    if path is not None and keeps_range:
         fitted = load_fitted(path, volume.scalar_range, volume.scale)
     else:
-        tf = TransferFunction.load(path)
-        fitted = _noticed(path, tf, fit_to_volume(tf, volume))
+        tf = known or TransferFunction.load(cast(Path, path))
+        fitted = fit_to_volume(tf, volume)
         volume = volume.over(fitted.scalar_range, fitted.scale)
+        if known is not None or path is None:
+            return fitted, volume
+        _noticed(path, tf, fitted)
     narrow = narrow_part(fitted.opacity, fitted.color)
     if narrow is not None:
         low, high = values_at(narrow.remedy, narrow.scale)

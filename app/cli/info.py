@@ -6,7 +6,7 @@ import json
 from dataclasses import dataclass
 from typing import Any
 
-from app.cli import options, values
+from app.cli import options
 from app.cli.options import option
 from app.cli.values import range_text
 from model.networks.card import MODEL_FILE, ModelCard, errors_by_kind
@@ -23,7 +23,7 @@ class Info:
 
     source: VolumeSource = options.volume(
         *("scalar_range", "scale"),
-        path=options.argument("A volume or a model.", metavar="FILE_OR_MODEL", check=values.volume),
+        path=options.argument("A volume or a model.", metavar="FILE_OR_MODEL"),
     )
     as_json: bool = option("Print it as JSON, for programs.", default=False, flag="--json")
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import MISSING, Field, field, fields
 from functools import partial
-from importlib import import_module
 from inspect import Parameter, Signature
 from typing import Annotated, Any, get_type_hints
 
@@ -133,8 +132,7 @@ seed = shared(
 _VOLUME: dict[str, Field[Any]] = {
     "path": option(
         "Volume file or DICOM folder. (default: one that ships)",
-        flag="--volume",
-        check=values.volume),
+        flag="--volume"),
     "raw": option(
         "Layout of a headerless file: dimensions, type and byte order, such as "
         "256x256x110_uint16_big. (default: from its name)",
@@ -215,11 +213,6 @@ def _parameters(own: Mapping[str, Field[Any]], hints: dict[str, Any]) -> Iterato
             continue
         default = Parameter.empty if each.default is MISSING else each.default
         yield Parameter(name, Parameter.KEYWORD_ONLY, default=default, annotation=hint)
-
-
-def late(module: str) -> Any:
-    """Import the module that does a command's work, which its options are known without."""
-    return import_module(f"app.cli.{module}")
 
 
 def same_named(options: Any, target: type) -> dict[str, Any]:

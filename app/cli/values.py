@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from app.cli.outputs import check_output
-from model.errors import DatasetError, TfscopeError, VolumeError
+from model.errors import DatasetError, TfscopeError
 from model.rendering.raster import Raster
 from model.scene.transfer_function import Range
 from model.scene.value_scale import ValueScale, values_at
@@ -17,8 +18,6 @@ from model.scene.view import ORTHOGRAPHIC, View
 
 if TYPE_CHECKING:
     from PySide6.QtCore import QCoreApplication
-
-_kept: list[QCoreApplication] = []
 
 
 def view_text(view: View) -> str:
@@ -39,13 +38,15 @@ def tf_text(path: Path | None) -> str:
     return "first TF" if path is None else f"TF {path.name}"
 
 
-def fonts() -> None:
+@cache
+def fonts() -> QCoreApplication:
     """Make Qt's fonts available, without a display: Qt wants an application for text."""
     from PySide6.QtWidgets import QApplication
 
-    if QApplication.instance() is None:
-        os.environ["QT_QPA_PLATFORM"] = "offscreen"
-        _kept.append(QApplication(["tfscope"]))
+    if found := QApplication.instance():
+        return found
+    os.environ["QT_QPA_PLATFORM"] = "offscreen"
+    return QApplication(["tfscope"])
 
 
 HOME_VIEW = View(30.0, 20.0, 0.0, 1.0)  # view of commands that are given none
@@ -141,12 +142,6 @@ def checked(check: Callable[[Any], object]) -> Callable[[Any], Any]:
         return value
 
     return run
-
-
-def volume(path: Path) -> None:
-    """Refuse a volume whose file or folder is missing."""
-    if not path.exists():
-        raise VolumeError(f"{path}: there is no such file or folder; check the path.")
 
 
 def store(path: Path) -> None:

@@ -1,9 +1,4 @@
-"""Reading volumes from files.
-
-:func:`read_volume` takes any supported file or folder; :func:`describe` lists
-what was read. VTK is imported only when a file needs it. Whatever cannot be read raises a
-VolumeError, one sentence of what is wrong, where, and what to do.
-"""
+"""Reading volumes from files: :func:`read_volume` takes any supported file or folder."""
 
 from __future__ import annotations
 
@@ -60,9 +55,8 @@ def read_volume(
     """Read a volume from a file of any supported kind, or from a folder of DICOM or TIFF slices.
 
     Without a layout, a .raw file must have one in its name, such as
-    ``engine_256x256x110_uint8.raw``. The volume is in index order: its axis x is the file's
-    fastest. Assumptions and changes are in its notes. Raises VolumeError, in one sentence with the
-    reason, for every file that is not a volume or cannot be read.
+    ``engine_256x256x110_uint8.raw``. The volume's axis x is the file's fastest. Assumptions and
+    changes are in its notes. Raises VolumeError, in one sentence with what to do, for all others.
     """
     path = Path(path)
     try:

@@ -27,8 +27,8 @@ LONGEST_REST = 1 << 20  # bytes behind the voxels that are unpacked to see wheth
 class Block:
     """Location and encoding of the voxels in a file, slowest axis first.
 
-    The offset is -1 for a block at the end of the file. `skip` counts the bytes before the voxels
-    once a compressed block is unpacked; `more` says whether something may follow them.
+    The offset is -1 for a block at the end of the file. `skip` counts unpacked bytes before the
+    voxels; `more` says whether something may follow them.
     """
 
     path: Path

@@ -91,11 +91,7 @@ def truncated(path: Path, how: str) -> VolumeError:
 
 
 def file_beside(header: Path, name: str) -> Path:
-    """Return a file that a header names, in the header's folder or below it.
-
-    A stranger's header must not have other files of the user's read, and perhaps shown in a
-    picture.
-    """
+    """Return a file that a header names, in its folder or below: no other file is to be read."""
     folder = header.parent.resolve()
     try:
         path = (folder / name).resolve()
@@ -116,11 +112,7 @@ def file_beside(header: Path, name: str) -> Path:
 
 
 def slices_in(folder: Path, suffixes: tuple[str, ...]) -> Iterator[Path]:
-    """Yield the files of a folder that may be slices.
-
-    Links that lead out of the folder are refused where they have one of the suffixes: a stranger's
-    folder must not have other files read, and a volume must not lack slices without a word.
-    """
+    """Yield the files of a folder that may be slices; refuse links that lead out of it."""
     own = folder.resolve()
     for path in folder.iterdir():
         # Finder leaves a "._" next to each file on foreign disks.
@@ -191,7 +183,7 @@ def errors_of(
 ) -> Iterator[None]:
     """Take what a library raises as damage of a file; `says` has a place for its first line.
 
-    Some errors mean that a part is missing.
+    Errors in `cut_off` mean that a part is missing.
     """
     with log_of(*loggers):
         try:

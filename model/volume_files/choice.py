@@ -34,9 +34,8 @@ MOST_LISTED = 12  # names in a sentence; the others are counted
 class Choice:
     """Choice of what to read of a file or folder that holds more than one volume.
 
-    Each is a name or a number from 0, or "magnitude" of components; None for the largest or, among
-    equals, the first. `spacing` and `stretch` are what was typed in place of the file's, for
-    :func:`~model.volume_files.grid.typed_spacing` and ``typed_stretch``.
+    Each is a name or a number from 0, or "magnitude" of components; None for the largest or the
+    first. `spacing` and `stretch` were typed in place of the file's; see ``typed_spacing``.
     """
 
     series: str | None = None
@@ -189,10 +188,9 @@ def describe(volume: Volume) -> list[tuple[str, str]]:
 
 
 def as_data(volume: Volume) -> dict[str, Any]:
-    """Return a volume's properties as plain data, for programs.
+    """Return a volume's properties, on the linear scale, as plain data, for programs.
 
-    Lengths are along x, y and z, that of z stretched; what is unknown is empty. Values are on the
-    linear scale.
+    Lengths are along x, y and z, that of z stretched; what is unknown is empty.
     """
     volume = volume.linear
     file = asdict(volume.file)

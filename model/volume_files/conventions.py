@@ -1,7 +1,6 @@
 """The CF conventions for an array, by xarray and cf_xarray: its values, axes, up and down.
 
-They are handed one array with its coordinates, never the file: an engine of xarray reads all that
-a file names, in other files, too, and gives up where one variable is odd.
+Whole files are not left to xarray: it reads others that they name, and gives up at one variable.
 """
 
 from __future__ import annotations
@@ -44,11 +43,10 @@ DEFAULT_FILLS = {
 
 @dataclass(frozen=True, eq=False)
 class Axis:
-    """One axis of an array.
+    """One axis of an array: x, y, z, t for time, c for channels, v for components, or "".
 
-    The letter is x, y, z, t for time, c for channels, v for components or empty. `numbers` are
-    strictly monotonic positions. `is_down` says whether those of a vertical axis grow downwards;
-    None if unknown.
+    `numbers` are strictly monotonic positions. `is_down` says whether those of a vertical axis grow
+    downwards; None if unknown.
     """
 
     name: str
@@ -128,10 +126,9 @@ def _axis(name: str, letter: str, coordinate: Any) -> Axis:
 def decoded(
     values: NDArray[Any], attributes: Attributes, is_netcdf: bool = False
 ) -> tuple[NDArray[Any], NDArray[np.bool_] | None, tuple[str, ...]]:
-    """Return what stored values mean, where they are missing, and what is to be said of it.
+    """Return what stored values mean by the attributes, where they are missing, and notes.
 
-    Packing, signs, fill values and valid ranges are those of the attributes; in NetCDF files
-    without a declared fill value the library's own counts.
+    NetCDF files without a declared fill value have the library's own.
     """
     dtype = values.dtype
     if dtype.kind not in "iuf":

@@ -21,11 +21,6 @@ from model.volume_files.choice import (
     content,
 )
 from model.volume_files.dicom_tags import (
-    CHANNEL_FIELDS,
-    LATE_FIELDS,
-    SERIES_FIELDS,
-    TIME_FIELDS,
-    WORDS,
     DicomFile,
     Frame,
     frames_of,
@@ -36,6 +31,26 @@ from model.volume_files.dicom_tags import (
 from model.volume_files.dicom_volume import heights, read_stack, value_type
 from model.volume_files.grid import Grid
 from model.volume_files.progress import counted
+
+TIME_FIELDS = (
+    "TemporalPositionIdentifier", "TemporalPositionIndex", "TriggerTime",
+    "NominalCardiacTriggerDelayTime", "NominalPercentageOfCardiacPhase", "FrameReferenceTime",
+    "ActualFrameDuration",
+)  # fmt: skip
+CHANNEL_FIELDS = (
+    "EchoNumbers", "EchoTime", "EffectiveEchoTime", "DiffusionBValue",
+    "DiffusionGradientOrientation", "ComplexImageComponent", "FrameType", "ImageType",
+    "ReferencedSegmentNumber", "StackID",
+)  # fmt: skip
+SERIES_FIELDS = ("AcquisitionNumber",)
+LATE_FIELDS = ("AcquisitionTime", "ContentTime")  # of the clock, asked last
+
+WORDS = {
+    "AcquisitionNumber": "acquisition", "EchoNumbers": "echo", "EchoTime": "echo time",
+    "EffectiveEchoTime": "echo time", "DiffusionBValue": "b",
+    "DiffusionGradientOrientation": "gradient", "ReferencedSegmentNumber": "segment",
+    "StackID": "stack",
+}  # fmt: skip
 
 SAME_PLACE = 1e-3  # distance in mm below which two images lie at one place
 
@@ -53,9 +68,8 @@ class Stack:
 def stacks_of(frames: Sequence[Frame]) -> list[Stack]:
     """Find the volumes among images, the largest first.
 
-    Images of another series, size, type, spacing or orientation are of another stack, and so are
-    localizers. Where images lie at one place, or acquisitions overlap, the fields that identify
-    acquisitions, time steps, echoes and the like divide them.
+    Images of another series, size, type, spacing or orientation are of another stack. Where
+    some lie at one place, fields that identify acquisitions, time steps and the like divide them.
     """
     groups: dict[tuple[object, ...], list[Frame]] = defaultdict(list)
     for frame in frames:

@@ -22,6 +22,7 @@ PREAMBLE = 128
 IMPLICIT, EXPLICIT = "1.2.840.10008.1.2", "1.2.840.10008.1.2.1"
 DEFLATED, BIG_ENDIAN = "1.2.840.10008.1.2.1.99", "1.2.840.10008.1.2.2"
 UNDEFINED = 0xFFFFFFFF
+PLAIN = (IMPLICIT, EXPLICIT, DEFLATED, BIG_ENDIAN)  # syntaxes without compression of frames
 PIXEL_TAGS = {(0x7FE0, 0x0010): "iu", (0x7FE0, 0x0008): "f4", (0x7FE0, 0x0009): "f8"}
 MOST_INFLATED = 1 << 30  # bytes that a deflated file may become
 _TEXTS = ("CS", "DS", "IS", "UI", "SH", "DA", "TM", "AE", "AS")  # kinds of plain text
@@ -32,8 +33,7 @@ class DicomFile:
     """Tags of a DICOM file up to the pixels, and the place of these.
 
     The kind is that of integers ("iu") or floating-point numbers; None without pixels. The length
-    is -1 where pixels are encapsulated, which compressed ones are. `content` is the whole file
-    where it had to be inflated.
+    is -1 for encapsulated pixels. `content` is the whole file where it had to be inflated.
     """
 
     path: Path
@@ -214,26 +214,6 @@ PET_UNITS = {"BQML": "Bq/ml", "CNTS": "counts", "GML": "g/ml", "PROPCNTS": "", "
 
 SPACINGS = ("PixelSpacing", "NominalScannedPixelSpacing", "ImagerPixelSpacing")  # the truest first
 
-TIME_FIELDS = (
-    "TemporalPositionIdentifier", "TemporalPositionIndex", "TriggerTime",
-    "NominalCardiacTriggerDelayTime", "NominalPercentageOfCardiacPhase", "FrameReferenceTime",
-    "ActualFrameDuration",
-)  # fmt: skip
-CHANNEL_FIELDS = (
-    "EchoNumbers", "EchoTime", "EffectiveEchoTime", "DiffusionBValue",
-    "DiffusionGradientOrientation", "ComplexImageComponent", "FrameType", "ImageType",
-    "ReferencedSegmentNumber", "StackID",
-)  # fmt: skip
-SERIES_FIELDS = ("AcquisitionNumber",)
-LATE_FIELDS = ("AcquisitionTime", "ContentTime")  # of the clock, asked last
-
-WORDS = {
-    "AcquisitionNumber": "acquisition", "EchoNumbers": "echo", "EchoTime": "echo time",
-    "EffectiveEchoTime": "echo time", "DiffusionBValue": "b",
-    "DiffusionGradientOrientation": "gradient", "ReferencedSegmentNumber": "segment",
-    "StackID": "stack",
-}  # fmt: skip
-
 _NESTED = {
     "TemporalPositionIndex": "FrameContentSequence",
     "StackID": "FrameContentSequence",
@@ -252,9 +232,9 @@ _NESTED = {
 class Frame:
     """One image of a DICOM file; what is unknown is empty.
 
-    The position is that of the first pixel's centre in mm in the patient's space (LPS), the
-    orientation that of rows and columns, and the spacing that of rows and columns in mm.
-    `thickness` is the distance of slices or else their thickness; `number` is the instance's.
+    The position is that of the first pixel's centre in mm in the patient's space (LPS), orientation
+    and spacing are those of rows and columns. `thickness` is the distance of slices or else their
+    thickness; `number` is the instance's.
     """
 
     file: DicomFile

@@ -21,10 +21,7 @@ from model.volume_files.checks import (
     unsupported,
 )
 from model.volume_files.dicom_tags import (
-    BIG_ENDIAN,
-    DEFLATED,
-    EXPLICIT,
-    IMPLICIT,
+    PLAIN,
     DicomFile,
     Frame,
     number_in,
@@ -222,7 +219,6 @@ def _shear(ordered: list[Frame], places: NDArray[np.float64]) -> tuple[float, fl
 
 # --- pixels -------------------------------------------------------------------------------
 
-PLAIN = (IMPLICIT, EXPLICIT, DEFLATED, BIG_ENDIAN)
 DECODERS = {
     "1.2.840.10008.1.2.5": "dicomrle_decode",
     **dict.fromkeys(("1.2.840.10008.1.2.4.50", "1.2.840.10008.1.2.4.51"), "jpeg_decode"),

@@ -239,8 +239,8 @@ def _without_missing(
 def suspected_fills(scalars: NDArray[np.generic], missing: NDArray[np.bool_] | None) -> list[float]:
     """Return the lowest and the highest value, each if it is repeated and far from all others.
 
-    Such as -9999 where other voxels lie from 0 to 240, with hardly any voxels on the way there: a
-    saturated detector leaves many. Eight bits have no room for such values.
+    Such as -9999 where others lie from 0 to 240, with hardly any on the way there: a saturated
+    detector leaves many.
     """
     if scalars.dtype.itemsize < 2:
         return []

@@ -19,9 +19,9 @@ from model.volume_files.checks import number_of
 class Grid:
     """Voxels of a file, with one or more components, along x, y and z.
 
-    Values have any real type, native byte order and shape (nz, ny, nx) or (nz, ny, nx, components);
-    NaN and infinities are missing. `missing`, shape (nz, ny, nx), marks what the file says was not
-    measured. `up` is the axis that points up where it is none of a patient's.
+    Values have any real type, native byte order and shape (nz, ny, nx) or (nz, ny, nx, components).
+    NaN, infinities and `missing` (nz, ny, nx) were not measured. `up` points up where no patient's
+    axes do.
     """
 
     values: NDArray[np.generic]
@@ -130,9 +130,7 @@ def proposed_stretch(
 def usable_spacing(spacing: Sequence[float | None] | None) -> tuple[Triple, tuple[str, ...]]:
     """Convert a header's spacing, None where it says nothing, to a valid one; also return notes.
 
-    A sign is dropped; see :func:`placed`. What is missing along one axis is taken from another;
-    what is zero, not finite or extreme is replaced by 1, and so are all if they are so unlike one
-    another that the volume would be a line.
+    Signs are dropped, see :func:`placed`; unusable steps become 1, and all if they are very unlike.
     """
     given = [] if spacing is None else [s for s in spacing if s is not None]
     if spacing is None or not given:
@@ -203,8 +201,7 @@ OPPOSITES = {"R": "L", "L": "R", "A": "P", "P": "A", "S": "I", "I": "S"}
 def axis_labels(directions: NDArray[np.float64] | None, space: str) -> tuple[str, ...]:
     """Name the patient's directions that +x, -x, +y, -y, +z and -z of a grid are closest to.
 
-    Row k of `directions` is the step along axis k in a space of axes such as ``"LPS"``. Empty when
-    unknown.
+    Row k of `directions` is the step along axis k in a space such as ``"LPS"``.
     """
     unit = np.array(unit_directions(directions))
     if not unit.size or not is_space(space):
@@ -244,10 +241,9 @@ def placed(
 ) -> Grid:
     """Put a grid where its file says it lies, given its origin, and say what was changed.
 
-    Axes with negative steps and the slices of a left-handed grid are read in reverse order. Where
-    all slices are shifted by the same step against the one before, they are sheared back; not those
-    of components. Row k of the directions points along axis k, with any length, in a space of axes
-    such as ``"LPS"``, which may itself be left-handed.
+    Row k of the directions points along axis k, with any length, in a space such as ``"LPS"``,
+    which may be left-handed. Axes with negative steps and slices of left-handed grids are reversed;
+    slices that are shifted evenly are sheared back, but not those of components.
     """
     spacing, notes = usable_spacing(steps)
     unit = unit_directions(directions)

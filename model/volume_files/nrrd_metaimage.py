@@ -1,8 +1,6 @@
 """NRRD and MetaImage: heads of "key: value" lines, with the voxels behind them or in another file.
 
-The heads are parsed here and the voxels read as a block. VTK's readers take a first axis of nine or
-fewer voxels for components, crash on 64-bit integers and on four axes, and return noise for
-truncated files.
+VTK's readers crash on 64-bit integers and on four axes, and return noise for truncated files.
 """
 
 from __future__ import annotations
@@ -142,11 +140,10 @@ class _Head:
 
 
 def read_nrrd(path: Path, choice: Choice = LARGEST) -> Grid:
-    """Read a NRRD file.
+    """Read a NRRD file; of four axes one is that of components or time steps.
 
-    Files with four axes are read as volumes with components, or as one of several time steps.
-    The fourth axis is the one whose kind is not spatial or, without kinds, the first if it
-    has nine or fewer entries, and the last otherwise, which is that of time.
+    That is the one whose kind is not spatial or, without kinds, the first if it has nine or fewer
+    entries, and else the last, which is that of time.
     """
     head = _nrrd_head(path)
     sizes = head.sizes("sizes", "dimension")

@@ -40,7 +40,7 @@ _BIG = {"be", "big", "bigendian", "msb"}
 class RawLayout:
     """Layout of a headerless file: voxels along x, y and z, x fastest; scalar type; bytes to skip.
 
-    Raises VolumeError for an unknown type or byte order, and for a negative offset.
+    Raises VolumeError for what cannot be.
     """
 
     dimensions: tuple[int, int, int]
@@ -64,9 +64,8 @@ class RawLayout:
     def parse(cls, text: str) -> RawLayout | None:
         """Parse a layout such as ``engine_256x256x110_uint8_be spacing=0.5,0.5,1 offset=512``.
 
-        None if the text lacks the dimensions or the scalar type, or its spacing is no numbers. The
-        byte order is little unless a word after the dimensions is ``be``, ``big``, ``bigendian`` or
-        ``msb``.
+        None without dimensions or scalar type, or if its spacing is no numbers. The byte order is
+        little unless a word after the dimensions is ``be``, ``big``, ``bigendian`` or ``msb``.
         """
         found = list(_DIMENSIONS.finditer(text))
         if not found:
@@ -146,10 +145,9 @@ _ORDERS = ("bigendian", "msb", "littleendian", "lsb")
 def guess_layout(path: Path, size: int) -> RawLayout | None:
     """Return the layout that a name gives, or the file's size where only one is possible.
 
-    ``engine_256x256x110_uint8`` says all but the byte order, ``head-512x512-16bit`` two dimensions
-    and the size of a value, and ``fuel64`` suggests a cube; the last of two counts. The layout
-    needs exactly these bytes, perhaps behind a header; or is the one that the name gives in full,
-    though it does not fit. None if several fit, or none.
+    ``head-512x512-16bit`` says two dimensions and the size of a value, ``fuel64`` suggests a cube;
+    the last of two counts. The layout needs exactly these bytes, perhaps behind a header, or is the one
+    that the name gives in full, though it does not fit. None if several fit, or none.
     """
     named = RawLayout.parse(path.stem)
     if named is not None and named.nbytes == size:
@@ -215,10 +213,10 @@ PERCENTILES = 1.0, 99.0  # percentiles of the slice's values that are shown blac
 
 
 def preview(path: Path, layout: RawLayout, axis: int) -> NDArray[np.uint8]:
-    """Return a picture of the middle slice across an axis, from no more of the file than it needs.
+    """Return a picture of the middle slice across an axis, up to 256 pixels along each side.
 
-    Voxels that the file lacks are black. At most 256 pixels along each side; columns run along x,
-    or along y in a slice across x; rows run along y, or along z from the bottom upwards.
+    Only what it needs is read; voxels that the file lacks are black. Columns run along x, or along
+    y across x; rows along y, or along z from the bottom upwards.
     """
     try:
         values, usable = _slice(path, layout, axis)

@@ -20,8 +20,8 @@ from model.volume_files.shipped import DEFAULT_VOLUME, shipped_volumes
 class VolumeSource(Choice):
     """Source of a volume, as plain data: its file, and what of it to read and how to look at it.
 
-    Without a path it is the shipped default. `raw` is a layout for :meth:`RawLayout.parse`; the
-    range is one for :meth:`RangeChoice.parse`, None for the robust one.
+    Without a path it is the shipped default. `raw` is for :meth:`RawLayout.parse`, the range for
+    :meth:`RangeChoice.parse`; without one it is the robust one.
     """
 
     path: Path | None = None
@@ -78,10 +78,9 @@ class VolumeSource(Choice):
 
 
 def volume_of(scene: Scene, source: VolumeSource) -> Volume:
-    """Read the volume of a model's scene, from a source or from the shipped ones.
+    """Read the volume of a model's scene, over its range and on its scale.
 
-    It comes over the scene's scalar range and on its scale, whatever the source says. Raises
-    VolumeError where the source has another scale or volume, or no shipped volume matches.
+    Raises VolumeError where the source has another scale or volume, or no shipped volume matches.
     """
     if source.scale not in (None, scene.scale):
         raise VolumeError(

@@ -23,12 +23,12 @@ from model.volume_files.grid import Grid, placed
 from model.volume_files.progress import counted
 from model.volume_files.tiff import (
     SUFFIXES,
+    calibrated,
     dimensions_of,
     opened_tiff,
     read_tiff,
     stored,
 )
-from model.volume_files.tiff_scale import calibrated
 
 if TYPE_CHECKING:
     from tifffile import TiffFile
@@ -177,9 +177,8 @@ def natural_key(path: Path) -> list[tuple[int, str]]:
 def named_series(files: Sequence[Path]) -> list[NamedSeries]:
     """Group files by what their names have in common but for the number of the slice.
 
-    The longest is the first. That number is the one with the most values, or the last of these. A
-    minus before it is a sign only if some names have none there. Files that have nothing in common
-    are one series, in natural order.
+    That number is the one with the most values, or the last of these. A minus is a sign only if
+    some names have none there. The longest group is first; files of unlike names are one.
     """
     frames: dict[str, list[Path]] = defaultdict(list)
     for path in files:
