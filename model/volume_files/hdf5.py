@@ -147,7 +147,7 @@ def _array(name: str, item: h5py.Dataset, is_netcdf: bool) -> StoredArray:
         is_own = not (scale.is_virtual or scale.external)
         is_usable = scale.shape == (count,) and scale.dtype.kind in "iuf"
         if is_own and is_usable and 1 < count < LONGEST_AXIS:
-            coordinates[names[k]] = scale[:], {**_plain(scale.attrs)}
+            coordinates[names[k]] = scale[:], scale.attrs
     facts: dict[str, Any] = {}
     for size, unit in (("element_size_um", "um"), ("spacing", ""), ("voxel_size", "")):
         sizes = attribute_numbers(item.attrs, size)
@@ -155,29 +155,8 @@ def _array(name: str, item: h5py.Dataset, is_netcdf: bool) -> StoredArray:
             unit = unit or attribute_text(item.attrs, "unit")
             facts = {"spacing": (sizes[2], sizes[1], sizes[0]), "unit": unit}
             break
-    return StoredArray(
-        name,
-        tuple(int(n) for n in item.shape),
-        item.dtype,
-        partial(_values_of, item),
-        tuple(names),
-        _plain(item.attrs),
-        coordinates,
-        is_netcdf=is_netcdf,
-        **facts,
-    )
-
-
-def _plain(attributes: Any) -> dict[str, Any]:
-    """Return the attributes that can be read."""
-    found = {}
-    for name in attributes:
-        try:
-            found[name] = attributes[name]
-        except Exception:
-            # Of types that h5py does not know.
-            continue
-    return found
+    facts |= {"attributes": item.attrs, "coordinates": coordinates, "is_netcdf": is_netcdf}
+    return _stored(name, item, tuple(names), **facts)
 
 
 def _read_netcdf3(path: Path, choice: Choice) -> Grid:
@@ -195,26 +174,26 @@ def _read_netcdf3(path: Path, choice: Choice) -> Grid:
 
 
 def _variable(file: Any, name: str, variable: Any) -> StoredArray:
-    data = variable.data
-    native = np.dtype(data.dtype).newbyteorder("=")
-    scales = {axis: file.variables.get(axis) for axis in variable.dimensions}
+    coordinates = {}
+    for axis in variable.dimensions if len(variable.shape) > 2 else ():
+        scale = file.variables.get(axis)
+        if scale is not None and len(scale.shape) == 1 and 1 < scale.shape[0] < LONGEST_AXIS:
+            coordinates[axis] = _native(scale.data, slice(None)), {**scale._attributes}
     return StoredArray(
         name,
-        tuple(int(n) for n in variable.shape),
-        native,
-        # A copy: the file is closed when it is used.
-        lambda index: np.array(data[index], native),
-        tuple(variable.dimensions),
+        variable.shape,
+        variable.data.dtype.newbyteorder("="),
+        partial(_native, variable.data),
+        variable.dimensions,
         {**variable._attributes},
-        {
-            axis: (np.array(scale[:], scale.data.dtype.newbyteorder("=")), {**scale._attributes})
-            for axis, scale in scales.items()
-            if scale is not None and len(scale.shape) == 1 and 1 < scale.shape[0] < LONGEST_AXIS
-        }
-        if len(variable.shape) > 2
-        else {},
+        coordinates,
         is_netcdf=True,
     )
+
+
+def _native(data: NDArray[Any], index: Any) -> NDArray[Any]:
+    """Copy a part of an array, as the file is closed when it is used."""
+    return np.array(data[index], data.dtype.newbyteorder("="))
 
 
 # --- layouts of programs -------------------------------------------------------------------
@@ -298,8 +277,7 @@ def _arrays_by_program(path: Path, file: h5py.File, items: Items) -> list[Stored
 
 
 def _stored(name: str, item: Any, axes: tuple[str, ...] = (), **facts: Any) -> StoredArray:
-    shape = tuple(int(n) for n in item.shape)
-    return StoredArray(name, shape, item.dtype, partial(_values_of, item), axes, **facts)
+    return StoredArray(name, item.shape, item.dtype, partial(_values_of, item), axes, **facts)
 
 
 def _parts(

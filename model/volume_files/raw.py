@@ -146,8 +146,8 @@ def guess_layout(path: Path, size: int) -> RawLayout | None:
     """Return the layout that a name gives, or the file's size where only one is possible.
 
     ``head-512x512-16bit`` says two dimensions and the size of a value, ``fuel64`` suggests a cube;
-    the last of two counts. The layout needs exactly these bytes, perhaps behind a header, or is the one
-    that the name gives in full, though it does not fit. None if several fit, or none.
+    the last of two counts. The layout needs exactly these bytes, perhaps behind a header, or is
+    the one that the name gives in full, though it does not fit. None if several fit, or none.
     """
     named = RawLayout.parse(path.stem)
     if named is not None and named.nbytes == size:

@@ -8,7 +8,7 @@ import struct
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,11 +18,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.errors import VolumeError, first_line
-from model.volume_files.arrays import StoredArray, grid_of_arrays
+from model.volume_files.arrays import StoredArray, grid_of_arrays, rescaled
 from model.volume_files.checks import (
     check_grid,
     check_present,
     damaged,
+    errors_of,
     log_of,
     not_a,
     number_of,
@@ -58,7 +59,12 @@ def opened_tiff(path: Path) -> Iterator[TiffFile]:
     """Open a TIFF file; what tifffile raises, or only warns of, is damage."""
     import tifffile
 
-    with log_of("tifffile") as warnings:
+    says, cut = "its pixels cannot be unpacked: {}", "the header of a page lies beyond its end"
+    # Decoders raise errors of many kinds.
+    with (
+        log_of("tifffile") as warnings,
+        errors_of(path, says, cut_off=(struct.error,), missing=cut),
+    ):
         try:
             with tifffile.TiffFile(path) as tiff:
                 if not len(tiff.pages):
@@ -72,17 +78,10 @@ def opened_tiff(path: Path) -> Iterator[TiffFile]:
                 # What is wrong with the pages that are left is only a consequence.
                 raise truncated(path, "its list of pages leads beyond its end") from None
             raise
-        except (OSError, MemoryError):
-            raise
         except tifffile.TiffFileError as error:
             if "not a TIFF" in str(error):
                 raise not_a(path, "a TIFF file") from None
             raise damaged(path, first_line(error)) from None
-        except struct.error:
-            raise truncated(path, "the header of a page lies beyond its end") from None
-        except Exception as error:
-            # Decoders raise errors of many kinds.
-            raise damaged(path, f"its pixels cannot be unpacked: {first_line(error)}") from None
     harmless = _HARMLESS if is_described else _HARMLESS_OF_PAGES
     if serious := [warning for warning in warnings if not harmless.search(warning)]:
         said = re.sub(r"^<tifffile\.\w+ [^>]*> ", "", serious[0])
@@ -220,7 +219,8 @@ def stored(path: Path, tiff: TiffFile, number: int, series: TiffPageSeries) -> l
         names[depth] = "z"
     dtype: np.dtype[Any] = np.dtype(series.dtype).newbyteorder("=")
     dtype = np.dtype({"?": "u1", "e": "f4"}.get(dtype.char, dtype))
-    scale = voxel_scale(tiff, number)
+    spacing, unit, notes = voxel_scale(tiff, number)
+    notes = _kind_notes(tiff, series, "" if depth is None else axes[depth]) + notes
     return [
         StoredArray(
             series.name or "",
@@ -228,9 +228,9 @@ def stored(path: Path, tiff: TiffFile, number: int, series: TiffPageSeries) -> l
             dtype,
             partial(_read, path, series, dict(zip(apart, place, strict=True)), kept, dtype),
             tuple(names.values()),
-            spacing=scale.spacing,
-            unit=scale.unit,
-            notes=_kind_notes(tiff, series, "" if depth is None else axes[depth]) + scale.notes,
+            spacing=spacing,
+            unit=unit,
+            notes=notes,
             channels=tuple(channel_names(tiff, number, channels)),
         )
         for place in np.ndindex(*(int(shape[k]) for k in apart))
@@ -338,13 +338,10 @@ PRINTED = (72, 96, 100, 120, 150, 200, 240, 300, 360, 600, 1200)  # of pages in 
 NO_UNITS = ("", "pixel", "pixels")
 
 
-@dataclass(frozen=True)
-class Scale:
-    """Voxel size of a TIFF file along x, y and z; None for that of which the file says nothing."""
+Scale = tuple[Sequence[float | None] | None, str, tuple[str, ...]]
+"""Voxel size along x, y and z, None for what is not known, its unit, and notes."""
 
-    spacing: tuple[float | None, float | None, float | None] | None = None
-    unit: str = ""
-    notes: tuple[str, ...] = ()
+NOTHING: Scale = (None, "", ())
 
 
 def voxel_scale(tiff: TiffFile, series_number: int) -> Scale:
@@ -370,7 +367,7 @@ def voxel_scale(tiff: TiffFile, series_number: int) -> Scale:
     elif tiff.is_metaseries:
         data = (tiff.metaseries_metadata or {}).get("PlaneInfo", {})
         if not data.get("spatial-calibration-state", True):
-            return Scale()
+            return NOTHING
         lengths = [data.get(f"spatial-calibration-{axis}") for axis in "xy"]
         lengths.append(data.get("z-step", data.get("_MagSetting_z")))
         unit = str(data.get("spatial-calibration-units", ""))
@@ -385,8 +382,7 @@ def voxel_scale(tiff: TiffFile, series_number: int) -> Scale:
 
 
 def _scale(lengths: Sequence[Any], units: Sequence[str]) -> Scale:
-    sizes, unit, notes = in_one_unit([_size(length) for length in lengths], units)
-    return Scale((sizes[0], sizes[1], sizes[2]), unit, notes)
+    return in_one_unit([_size(length) for length in lengths], units)
 
 
 def calibrated(tiff: TiffFile, values: NDArray[Any]) -> tuple[NDArray[Any], str, tuple[str, ...]]:
@@ -402,16 +398,10 @@ def calibrated(tiff: TiffFile, values: NDArray[Any]) -> tuple[NDArray[Any], str,
         return values, units, ()
     if str(data["cf"]) not in ("0", "0.0") or number_of(data.get("c2")) is not None:
         return values, "", ("ImageJ's calibration curve of the values is not applied.",)
-    if (offset, slope) == (0.0, 1.0) or slope == 0:
-        return values, units, ()
     if (offset, slope) == (SIGNED_16, 1.0) and values.dtype == np.uint16:
         values ^= np.uint16(0x8000)
         return values.view(np.int16), units, ()
-    wide = np.float64 if values.dtype.itemsize > 2 else np.float32
-    scaled: NDArray[np.floating] = values.astype(wide)
-    scaled *= slope
-    scaled += offset
-    return scaled, units, ()
+    return rescaled(values, slope, offset) if slope else values, units, ()
 
 
 def _size(value: Any) -> float | None:
@@ -433,12 +423,10 @@ def _of_imagej(tiff: TiffFile, data: Mapping[str, Any]) -> Scale:
     unit = str(data.get("unit", "")).strip()
     x, y = _resolution(tiff, X_RESOLUTION), _resolution(tiff, Y_RESOLUTION)
     z = number_of(data.get("spacing"))
-    if x is None and y is None and z is None and unit.lower() in NO_UNITS:
-        return Scale()
     units = [unit, str(data.get("yunit", unit)), str(data.get("zunit", unit))]
     lengths: list[float | None] = [x or 1.0, y or x or 1.0, abs(z) if z else 1.0]
     if (x, y) in ((None, None), (1.0, 1.0)) and z is None and unit.lower() in NO_UNITS:
-        return Scale()
+        return NOTHING
     return _scale(lengths, ["" if u.lower() in NO_UNITS else u for u in units])
 
 
@@ -477,21 +465,17 @@ def _of_tags(tiff: TiffFile) -> Scale:
     scale = tiff.pages.first.tags.valueof(PIXEL_SCALE)
     if isinstance(scale, tuple) and len(scale) == 3:
         x, y, z = (_size(each) for each in scale)
-        return Scale((x, y, z)) if x and y else Scale()
+        return ((x, y, z), "", ()) if x and y else NOTHING
     x, y = _resolution(tiff, X_RESOLUTION), _resolution(tiff, Y_RESOLUTION)
     unit = tiff.pages.first.tags.valueof(RESOLUTION_UNIT)
-    kinds = {INCH: "inch", CENTIMETRE: "cm"}
+    lengths = {INCH: 25.4, CENTIMETRE: 10.0}
     spacing = re.search(r"(?m)^spacing=([-+.\deE]+)", tiff.pages.first.description or "")
     z = _size(spacing.group(1)) if spacing else None
     if z is not None and x is not None:
-        return Scale((x, y, z))
-    if x is None or y is None or x == y == 1 or unit not in kinds:
-        return Scale()
+        return (x, y, z), "", ()
+    if x is None or y is None or x == y == 1 or unit not in lengths:
+        return NOTHING
     if unit == INCH and x == y and round(1 / x, 6) in PRINTED:
-        return Scale(
-            notes=(
-                f"The file's {1 / x:.5g} pixels per inch are meant for printing, and are ignored.",
-            )
-        )
-    factor = {"inch": 25.4, "cm": 10.0}[kinds[unit]]
-    return Scale((x * factor, y * factor, None), "mm")
+        dots = f"The file's {1 / x:.5g} pixels per inch are meant for printing, and are ignored."
+        return None, "", (dots,)
+    return (x * lengths[unit], y * lengths[unit], None), "mm", ()

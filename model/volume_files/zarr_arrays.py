@@ -97,8 +97,8 @@ def _array(folder: Path, place: Path, level: _Level) -> StoredArray:
 
     return StoredArray(
         name,
-        tuple(int(n) for n in item.shape),
-        np.dtype(item.dtype),
+        item.shape,
+        item.dtype,
         read,
         attributes=attributes,
         coordinates=coordinates,
