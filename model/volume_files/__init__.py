@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
 from model.errors import VolumeError
 from model.scene.volume import Volume
-from model.volume_files import arrays, dicom, hdf5, mrc, nifti, tiff
+from model.volume_files import dicom, tiff
 from model.volume_files.arrays import read_numpy
 from model.volume_files.checks import unreadable
 from model.volume_files.choice import LARGEST, Choice, describe
 from model.volume_files.dicom import dicom_slices, read_dicom
 from model.volume_files.dicom_tags import is_dicom
 from model.volume_files.finish import component_of, make_volume
-from model.volume_files.foreign import folder_advice, foreign_advice, kind_by_content, suffix_of
+from model.volume_files.foreign import folder_advice, foreign_advice, suffix_of
 from model.volume_files.grid import Grid
 from model.volume_files.hdf5 import read_hdf5
 from model.volume_files.mrc import read_mrc
@@ -29,20 +30,21 @@ from model.volume_files.zarr_arrays import is_zarr, read_zarr
 
 __all__ = ["SUFFIXES", "Choice", "RawLayout", "describe", "read_volume"]
 
-_READERS: dict[str, Callable[[Path, Choice], Grid]] = {
-    ".nrrd": read_nrrd,
-    ".nhdr": read_nrrd,
-    ".mha": read_metaimage,
-    ".mhd": read_metaimage,
-    **dict.fromkeys(nifti.SUFFIXES, read_nifti),
-    ".vti": read_vti,
-    ".vtk": read_legacy_vtk,
-    **dict.fromkeys(tiff.SUFFIXES, read_tiff),
-    **dict.fromkeys(mrc.SUFFIXES, read_mrc),
-    **dict.fromkeys(arrays.SUFFIXES, read_numpy),
-    **dict.fromkeys(hdf5.SUFFIXES, read_hdf5),
-}
+_KINDS: tuple[tuple[str, bytes, Callable[[Path, Choice], Grid]], ...] = (
+    (".nrrd .nhdr", rb"NRRD000", read_nrrd),
+    (".mha .mhd", rb"ObjectType = Image", read_metaimage),
+    (".nii .nii.gz .hdr .img .img.gz .mgh .mgz", rb".{344}n[+i]1\0", read_nifti),
+    (".vti", rb'(?=.*"ImageData").*<VTKFile', read_vti),
+    (".vtk", rb"# vtk DataFile", read_legacy_vtk),
+    (" ".join(tiff.SUFFIXES), rb"II[*+]\0|MM\0[*+]", read_tiff),
+    (".mrc .rec .map .ccp4 .mrcs .st .ali .mrc.gz .map.gz", rb".{208}MAP ", read_mrc),
+    (".npy .npz", rb"\x93NUMPY", read_numpy),
+    (".h5 .hdf5 .hdf .he5 .ims .vtkhdf .mat", rb"(.{512})?\x89HDF\r\n\x1a\n", read_hdf5),
+    (".nc .nc4 .cdf", rb"CDF[\1\2]", read_hdf5),
+)
+"""Suffixes of files, how they begin, and what reads them."""
 
+_READERS = {suffix: reader for suffixes, _, reader in _KINDS for suffix in suffixes.split()}
 SUFFIXES = (*_READERS, *dicom.SUFFIXES, ".raw")  # for file dialogs
 
 
@@ -90,7 +92,7 @@ def _read_grid(path: Path, raw: RawLayout | None, choice: Choice) -> Grid:
     suffix = suffix_of(path)
     if raw is not None or suffix == ".raw":
         return read_raw(path, raw)
-    by_content, note = kind_by_content(path), "By its content this is a {}, and it is read as one."
+    by_content, note = _kind_by_content(path), "By its content this is a {}, and it is read as one."
     if by_content and _READERS.get(suffix) is not _READERS[by_content]:
         grid = _READERS[by_content](path, choice)
         note = note.format(f"file of the kind '{by_content}'")
@@ -105,10 +107,18 @@ def _read_grid(path: Path, raw: RawLayout | None, choice: Choice) -> Grid:
     raise unknown_kind(path)
 
 
+def _kind_by_content(path: Path) -> str:
+    """Return the first suffix of files of such content; empty if it is not known."""
+    with path.open("rb") as file:
+        start = file.read(520)
+    found = (suffixes for suffixes, begin, _ in _KINDS if re.match(begin, start, re.DOTALL))
+    return next(found, "").partition(" ")[0]
+
+
 def is_known(path: Path) -> bool:
     """Return True for a file of a kind that is read, by its suffix or its content."""
     is_named = path.name.lower().endswith(SUFFIXES)
-    return is_named or bool(kind_by_content(path)) or is_dicom(path)
+    return is_named or bool(_kind_by_content(path)) or is_dicom(path)
 
 
 def unknown_kind(path: Path) -> VolumeError:

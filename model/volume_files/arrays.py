@@ -324,9 +324,6 @@ def rescaled(values: NDArray[Any], slope: float, intercept: float) -> NDArray[An
     return values
 
 
-SUFFIXES = (".npy", ".npz")
-
-
 def read_numpy(path: Path, choice: Choice = LARGEST) -> Grid:
     """Read an array saved by NumPy, its last axis being x."""
     with errors_of(path, "NumPy says '{}'"):

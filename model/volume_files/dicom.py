@@ -42,11 +42,10 @@ CHANNEL_FIELDS = (
     "DiffusionGradientOrientation", "ComplexImageComponent", "FrameType", "ImageType",
     "ReferencedSegmentNumber", "StackID",
 )  # fmt: skip
-SERIES_FIELDS = ("AcquisitionNumber",)
 LATE_FIELDS = ("AcquisitionTime", "ContentTime")  # of the clock, asked last
 
 WORDS = {
-    "AcquisitionNumber": "acquisition", "EchoNumbers": "echo", "EchoTime": "echo time",
+    "EchoNumbers": "echo", "EchoTime": "echo time",
     "EffectiveEchoTime": "echo time", "DiffusionBValue": "b",
     "DiffusionGradientOrientation": "gradient", "ReferencedSegmentNumber": "segment",
     "StackID": "stack",
@@ -134,14 +133,9 @@ def _divided(stack: Stack) -> list[Stack]:
     frames = stack.frames
     if len(frames) < 2 or not _is_placed(frames):
         return [stack]
-    for name in SERIES_FIELDS:
-        parts = _by_field(frames, name)
-        if len(parts) > 1 and all(len(part) > 1 for part in parts.values()) and _overlap(parts):
-            found = []
-            for value, part in parts.items():
-                series = f"{stack.series}, {WORDS[name]} {value}"
-                found += _divided(replace(stack, frames=tuple(part), series=series))
-            return found
+    parts = _by_field(frames, "AcquisitionNumber")
+    if len(parts) > 1 and all(len(part) > 1 for part in parts.values()) and _overlap(parts):
+        return _labelled(stack, parts, "series", "acquisition")
     repeats = _repeats(frames)
     if not repeats:
         return [stack]

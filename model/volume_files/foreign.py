@@ -68,40 +68,14 @@ _STARTS: dict[bytes, str] = {
 }  # fmt: skip
 """Suffixes by how files begin."""
 
-VOLUMES: dict[bytes, str] = {
-    b"NRRD000": ".nrrd", b"II*\0": ".tif", b"MM\0*": ".tif", b"II+\0": ".tif", b"MM\0+": ".tif",
-    b"\x89HDF\r\n\x1a\n": ".h5", b"CDF\x01": ".nc", b"CDF\x02": ".nc", b"\x93NUMPY": ".npy",
-    b"# vtk DataFile": ".vtk", b"ObjectType = Image": ".mha",
-}  # fmt: skip
-"""Suffixes of kinds that are read, by how files begin."""
-
 SLICES = (".dcm", ".ima", ".dicom", ".tif", ".tiff")
 DEEPEST, MOST_LOOKED_AT = 4, 20  # levels of folders, and files in one, searched for slices
-
-HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
-NIFTI_MAGIC, MRC_MAGIC = (b"n+1\0", b"ni1\0"), b"MAP "
 
 
 def suffix_of(path: Path) -> str:
     """Return a file's suffix in lower case, with both parts of ``".nii.gz"``."""
     suffixes = path.suffixes[-2:] if path.suffix.lower() == ".gz" else path.suffixes[-1:]
     return "".join(suffixes).lower()
-
-
-def kind_by_content(path: Path) -> str:
-    """Return the suffix that files of such content have here; empty if it is not known."""
-    with path.open("rb") as file:
-        start = file.read(520)
-    if start[512:520] == HDF5_SIGNATURE:
-        return ".h5"
-    for begin, suffix in VOLUMES.items():
-        if start.startswith(begin):
-            return suffix
-    if b"<VTKFile" in start and b'"ImageData"' in start:
-        return ".vti"
-    if start[344:348] in NIFTI_MAGIC:
-        return ".nii"
-    return ".mrc" if start[208:212] == MRC_MAGIC else ""
 
 
 def foreign_advice(path: Path) -> str:

@@ -32,14 +32,14 @@ from model.volume_files.checks import (
 )
 from model.volume_files.choice import LARGEST, Choice
 from model.volume_files.conventions import attribute_number, attribute_numbers, attribute_text
-from model.volume_files.foreign import HDF5_SIGNATURE, foreign_advice
+from model.volume_files.foreign import foreign_advice
 from model.volume_files.grid import Grid, unit_name
 from model.volume_files.vtk_images import VtkArray, image_arrays
 
 if TYPE_CHECKING:
     import h5py
 
-SUFFIXES = (".h5", ".hdf5", ".hdf", ".he5", ".ims", ".vtkhdf", ".mat", ".nc", ".nc4", ".cdf")
+SIGNATURE = b"\x89HDF\r\n\x1a\n"
 SIGNATURE_PLACES = (0, 512, 1024, 2048)
 HEAP, MOST_SEARCHED = b"GCOL\1", 1 << 26  # how a heap begins, and where heaps are looked for
 
@@ -52,7 +52,7 @@ def read_hdf5(path: Path, choice: Choice = LARGEST) -> Grid:
         start = file.read(SIGNATURE_PLACES[-1] + 8)
     if start[:4] in (b"CDF\x01", b"CDF\x02"):
         return _read_netcdf3(path, choice)
-    if not any(start[place : place + 8] == HDF5_SIGNATURE for place in SIGNATURE_PLACES):
+    if not any(start[place : place + 8] == SIGNATURE for place in SIGNATURE_PLACES):
         if advice := foreign_advice(path):
             raise VolumeError(f"{path}: {advice}.")
         raise not_a(path, "an HDF5 or NetCDF file")

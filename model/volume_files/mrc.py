@@ -15,7 +15,6 @@ from model.volume_files.checks import check_grid, damaged, log_of, not_a, unsupp
 from model.volume_files.choice import LARGEST, Choice, chosen
 from model.volume_files.grid import Grid, placed
 
-SUFFIXES = (".mrc", ".rec", ".map", ".ccp4", ".mrcs", ".st", ".ali", ".mrc.gz", ".map.gz")
 HEAD = 1024
 VOLUME_STACKS = range(401, 631)
 IMOD_STAMP = 1146047817

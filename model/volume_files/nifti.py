@@ -24,7 +24,6 @@ from model.volume_files.label_names import LONGEST, snap_labels, workbench_label
 if TYPE_CHECKING:
     from nibabel.analyze import AnalyzeHeader
 
-SUFFIXES = (".nii", ".nii.gz", ".hdr", ".img", ".img.gz", ".mgh", ".mgz")
 LONGEST_HEAD = 540
 MGH_OFFSET = 284
 LABELS = 1002  # NIfTI's code of the intent that values are labels
@@ -194,21 +193,16 @@ def _pair(path: Path) -> tuple[Path, Path]:
 def _nifti_header(path: Path, start: bytes) -> tuple[Any, str]:
     """Return a checked header and the name of its format."""
     from nibabel.analyze import AnalyzeHeader
-    from nibabel.nifti1 import Nifti1Header, Nifti1PairHeader
-    from nibabel.nifti2 import Nifti2Header, Nifti2PairHeader
+    from nibabel.nifti1 import Nifti1Header
+    from nibabel.nifti2 import Nifti2Header
 
-    kinds: tuple[tuple[int, bytes, Any, str, int], ...] = (
-        (344, b"n+1\0", Nifti1Header, "NIfTI-1", 348),
-        (344, b"ni1\0", Nifti1PairHeader, "NIfTI-1", 348),
-        (4, b"n+2\0", Nifti2Header, "NIfTI-2", 540),
-        (4, b"ni2\0", Nifti2PairHeader, "NIfTI-2", 540),
-        (0, b"\x5c\1\0\0", AnalyzeHeader, "Analyze", 348),
-        (0, b"\0\0\1\x5c", AnalyzeHeader, "Analyze", 348),
-    )
-    found = next((each for each in kinds if start[each[0] : each[0] + 4] == each[1]), None)
-    if found is None or len(start) < found[4]:
+    is_second = start[4:8] in (b"n+2\0", b"ni2\0")
+    is_first = start[344:348] in (b"n+1\0", b"ni1\0")
+    kind: Any = Nifti2Header if is_second else Nifti1Header if is_first else AnalyzeHeader
+    name, size = ("NIfTI-2", 540) if is_second else ("NIfTI-1" if is_first else "Analyze", 348)
+    is_analyze = start[:4] in (b"\x5c\1\0\0", b"\0\0\1\x5c")
+    if not (is_first or is_second or is_analyze) or len(start) < size:
         raise not_a(path, "a NIfTI file, or its header is truncated")
-    _, _, kind, name, size = found
     header = kind(start[:size], check=False)
     if negative := [axis for axis, n in enumerate(header["dim"]) if n < 0]:
         raise damaged(path, f"its dimension {negative[0]} is negative")

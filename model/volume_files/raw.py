@@ -152,21 +152,11 @@ def guess_layout(path: Path, size: int) -> RawLayout | None:
     named = RawLayout.parse(path.stem)
     if named is not None and named.nbytes == size:
         return named
-    text = path.stem
-
-    def take(found: list[re.Match[str]]) -> re.Match[str] | None:
-        """Take the last one of some matches out of the name."""
-        nonlocal text
-        if not found:
-            return None
-        text = f"{text[: found[-1].start()]} {text[found[-1].end() :]}"
-        return found[-1]
-
-    triple = take([*_TRIPLE.finditer(text)])
-    pair = None if triple else take([*_PAIR.finditer(text)])
+    triple, text = _taken(_TRIPLE, path.stem)
+    pair, text = (None, text) if triple else _taken(_PAIR, text)
     sides = [int(triple[k]) for k in (1, 3, 4)] if triple else []
     sides = [int(pair[1]), int(pair[2])] if pair else sides
-    bits = take([*_BITS.finditer(text)])
+    bits, text = _taken(_BITS, text)
     words = [*_NAME.finditer(text)]
     types = [word for word in words if word.group().lower() in _TYPES]
     order: ByteOrder = "little"
@@ -178,9 +168,8 @@ def guess_layout(path: Path, size: int) -> RawLayout | None:
     names = [SCALAR_TYPES[_TYPES[types[-1].group().lower()]]] if types else [*_COMMON.values()]
     if bits and not types:
         names = [_COMMON[int(bits[1])]]
-    while types:
-        take([types.pop()])
-    numbers = [int(number) for number in re.findall(r"(?<!\d)\d{1,5}(?!\d)", text)]
+    rest = _NAME.sub(lambda word: " " if word[0].lower() in _TYPES else word[0], text)
+    numbers = [int(number) for number in re.findall(r"(?<!\d)\d{1,5}(?!\d)", rest)]
     fitting = [
         RawLayout(dimensions, name, order)
         for name in names
@@ -193,6 +182,14 @@ def guess_layout(path: Path, size: int) -> RawLayout | None:
         return None
     more = size - fitting[0].nbytes
     return replace(fitting[0], offset=more) if 0 < more <= LONGEST_HEADER else fitting[0]
+
+
+def _taken(pattern: re.Pattern[str], text: str) -> tuple[re.Match[str] | None, str]:
+    """Return the last match, and the text without it."""
+    found = [*pattern.finditer(text)]
+    if not found:
+        return None, text
+    return found[-1], f"{text[: found[-1].start()]} {text[found[-1].end() :]}"
 
 
 def _dimensions(sides: list[int], numbers: list[int], count: int) -> list[tuple[int, int, int]]:
