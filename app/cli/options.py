@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import MISSING, Field, field, fields
 from functools import partial
+from importlib import import_module
 from inspect import Parameter, Signature
 from typing import Annotated, Any, get_type_hints
 
@@ -213,6 +214,11 @@ def _parameters(own: Mapping[str, Field[Any]], hints: dict[str, Any]) -> Iterato
             continue
         default = Parameter.empty if each.default is MISSING else each.default
         yield Parameter(name, Parameter.KEYWORD_ONLY, default=default, annotation=hint)
+
+
+def late(module: str) -> Any:
+    """Import the module that does a command's work, which its options are known without."""
+    return import_module(f"app.cli.{module}")
 
 
 def same_named(options: Any, target: type) -> dict[str, Any]:

@@ -64,9 +64,7 @@ class Paper:
 
     def run(self) -> None:
         """Make one item, or all."""
-        from app.cli.paper_items import make_items
-
-        make_items(self)
+        options.late("paper_items").make_items(self)
 
     def samples(self, usual: int) -> int:
         """Return the number of hold-out samples where it is usually so many."""
@@ -93,10 +91,10 @@ class Study:
 
     def run(self) -> None:
         """Run the study, or what is missing of it."""
-        from app.cli.paper_items import study_models
         from model.training.options import TrainingJob
 
         minutes = 10.0 if self.minutes is None and self.samples is None else self.minutes
         job = TrainingJob(**options.same_named(self, TrainingJob) | {"minutes": minutes})
-        for path in study_models(self.study, job, self.images, self.count):
+        work = options.late("paper_items")
+        for path in work.study_models(self.study, job, self.images, self.count):
             print(f"{self.study}: {path}")

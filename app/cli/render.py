@@ -125,10 +125,7 @@ class Render:
     def run(self) -> None:
         """Render the image and write it, replacing an existing file."""
         asked = self if self.session is None else self._of_session(self.session)
-        # Late: with it comes all that draws.
-        from app.cli.drawing import render_to_file
-
-        render_to_file(asked)
+        options.late("drawing").render_to_file(asked)
 
     @property
     def is_array(self) -> bool:
