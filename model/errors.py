@@ -1,9 +1,8 @@
 """Errors whose messages are meant for users.
 
-Each message is one plain sentence that says what is wrong, where, and what to
-do about it; an error may also suggest settings by name. The command line prints
-the message, with the suggestions as options, and exits with code 2; the window
-shows it and continues. Any other exception that escapes is a defect of tfscope.
+Each message is one plain sentence that says what is wrong, where, and what to do about it. The
+command line prints it, with suggested settings as options, and exits with code 2; the window shows
+it and continues. Any other exception that escapes is a defect of tfscope.
 """
 
 from __future__ import annotations

@@ -22,11 +22,7 @@ class MalformedError(ValueError):
 
 
 def read_json(path: Path) -> Any:
-    """Read a JSON file as plain data.
-
-    Raises :class:`OSError` when it cannot be read, and :class:`MalformedError` when it is not JSON
-    or longer than :data:`MOST_BYTES`.
-    """
+    """Read a JSON file as plain data; raise `OSError`, or `MalformedError` if it is none."""
     # Not by its size on disk: a pipe or a device has none.
     with path.open("rb") as file:
         content = file.read(MOST_BYTES + 1)
@@ -51,9 +47,8 @@ def parse_json(content: bytes) -> Any:
 def build(kind: type[T], data: Any, exact: bool = False) -> T:
     """Build a dataclass from plain data, checking the names and types of its fields.
 
-    Fields may be numbers, texts, paths, literals, tuples, lists, dicts and dataclasses. What a
-    dataclass's own checks raise passes through. Raises :class:`MalformedError` for a field that is
-    missing or of another type, and if `exact` for a name that is no field.
+    What a dataclass's own checks raise passes through. Raises :class:`MalformedError` for a field
+    that is missing or of another type, and if `exact` for a name that is no field.
     """
     if exact and isinstance(data, dict):
         unknown = data.keys() - {field.name for field in fields(kind)}  # type: ignore[arg-type]

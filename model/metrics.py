@@ -1,8 +1,4 @@
-"""Image metrics: the paper's and additional ones.
-
-Images are float arrays (H, W, 3) with values in [0, 1]; predictions are
-clipped to that range first.
-"""
+"""Image metrics, of float arrays (H, W, 3) in [0, 1], to which predictions are clipped first."""
 
 from __future__ import annotations
 
@@ -21,10 +17,8 @@ EMD_BINS = (8, 12, 12)  # bins of the colour histogram along L, a and b
 RESAMPLES = 2000
 
 LEAST_BRIGHTNESS = 0.06
-"""Mean brightness from which on an image shows enough to be compared by eye.
-
-Brightness, not opacity: TFs of dark colours make images that are opaque and nearly black.
-"""
+"""Mean brightness from which on an image shows enough to be compared by eye. Not opacity: TFs of
+dark colours make images that are opaque and nearly black."""
 
 Image = NDArray[np.floating]
 
@@ -52,21 +46,14 @@ def ssim(image: Image, truth: Image) -> float:
 
     Uses scikit-image's uniform windows of 7 x 7 pixels; the paper uses Gaussian windows.
     """
-    return float(
-        structural_similarity(
-            np.clip(image, 0, 1).astype(np.float64),
-            truth.astype(np.float64),
-            channel_axis=-1,
-            data_range=1.0,
-        )
-    )
+    pair = np.clip(image, 0, 1).astype(np.float64), truth.astype(np.float64)
+    return float(structural_similarity(*pair, channel_axis=-1, data_range=1.0))
 
 
 def color_emd(image: Image, truth: Image) -> float:
-    """Earth mover's distance between colour histograms (paper, section 6.3).
+    """Earth mover's distance between colour histograms in CIELAB (paper, section 6.3), in [0, 1].
 
-    The histograms have 8 x 12 x 12 bins over CIELAB; the ground distance is Euclidean between bin
-    indices, divided by its maximum, so that the result lies in [0, 1].
+    The ground distance is Euclidean between bin indices, divided by its maximum.
     """
     require("evaluate")
     import ot

@@ -177,9 +177,8 @@ total."""
 class EvaluationJob:
     """The measurements to make of a model, on `count` hold-out samples.
 
-    The store is a data set of the model's scene, not only its own: several models are then
-    measured on the same samples. Without one the hold-out samples, and as many training samples,
-    at most :data:`MOST_NEIGHBORS`, are rendered anew, as they follow from the model's seed.
+    The store is any data set of the model's scene. Without one the hold-out samples, and at most
+    as many training samples, are rendered anew, as they follow from the model's seed.
     """
 
     model: Path

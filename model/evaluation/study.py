@@ -1,10 +1,8 @@
 """The paper's studies (section 6.3) of losses, latent dimensions and loss weights.
 
 A study trains one model per variant, on the same stored samples and with the same budget, and
-measures all on the same hold-out samples. Each variant has its own folder: finished variants are
-not trained again, stopped ones are resumed, and variants shared by two studies in one folder are
-trained once. A collapsed variant also counts as a result: it is measured in its last good state,
-and the study continues.
+measures all on the same hold-out samples. Each variant has its own folder: finished ones are not
+trained again, stopped ones are resumed. A collapsed one is measured in its last good state.
 """
 
 from __future__ import annotations
@@ -149,7 +147,6 @@ def run_study(
     """Train and measure all variants that are not finished yet; return the results as plain data.
 
     `on_variant` is called before a variant is trained, `on_report` after each optimization step.
-    A folder that holds a run with other options or another budget is a `TrainingError`.
     """
     samples = plan.store.read("holdout", range(plan.count))
     rows = {}

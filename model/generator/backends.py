@@ -1,8 +1,7 @@
 """Backends for a generator's decoder: torch, or OpenVINO on CPUs.
 
-Torch computes the features of views and TFs; a backend decodes them into images.
-OpenVINO builds a model for each batch size when it first occurs: for single images, and
-for :data:`TOGETHER` of them, which more are divided into.
+Torch computes the features of views and TFs; a backend decodes them into images. OpenVINO builds a
+model for single images, and one for :data:`TOGETHER` of them, when they first occur.
 """
 
 from __future__ import annotations
@@ -25,11 +24,8 @@ from model.networks.names import BackendName, Precision
 Decode = Callable[..., tuple[Tensor, Tensor]]  # a function with the signature of `decode`
 
 TOGETHER = 4
-"""Images that are one call of OpenVINO.
-
-On 2 cores, 4 of the paper's networks' images take less than 4 calls, and 16 of them in one call
-more than in 4. Each other number would take seconds to build.
-"""
+"""Images that are one call of OpenVINO: on 2 cores, 4 take less than 4 calls, 16 more than 4 of 4.
+Each other number would take seconds to build."""
 
 
 class Backend(NamedTuple):
@@ -67,11 +63,7 @@ def library_version(backend: Backend) -> str:
 
 @cache
 def _openvino_core() -> Any:
-    """Return the single OpenVINO core of this process.
-
-    If two end in the order of their creation, their thread keeps a freed signal stack, and Ctrl-C
-    causes a segmentation fault.
-    """
+    """Return the single OpenVINO core of this process: two would end in a segmentation fault."""
     import openvino
 
     return openvino.Core()

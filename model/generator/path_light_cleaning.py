@@ -78,11 +78,7 @@ class NetworkCleaning:
         unlit: NDArray[np.float32],
         samples: int,
     ) -> NDArray[np.float32]:
-        """Return what many samples would show, radiance times opacity (rows, columns, 3).
-
-        The pictures (rows, columns, 3) are radiance times opacity, the unlit one (rows, columns, 4)
-        is the ray caster's; `samples` are those of each pixel of what was traced.
-        """
+        """Return what many samples would show; pictures (rows, columns, 3) are times opacity."""
         colors = {"unlit": unlit[..., :3], "soft": soft, "denoised": denoised, "traced": traced}
         tensors = {name: self._tensor(image) for name, image in colors.items()}
         inputs = network_inputs(tensors, self._tensor(unlit[..., 3:]), samples)

@@ -137,10 +137,9 @@ class BrowserCodec(TFCodec):
     """Codec of opacity TFs for browsing: true to faint opacities, with codes in a known box.
 
     It works on the square roots of opacities, so that a small error leaves nothing in the way where
-    a TF is 0. Its encoder gives a normal distribution (Kingma and Welling 2014), which the
-    distribution function of N(0, 1) maps to the box -1..1: as it was trained as a variational
-    codec, random codes in the box are those of plausible TFs. NumPy computes it: to import PyTorch
-    takes longer than the browser's first pictures.
+    a TF is 0. Its encoder gives a normal distribution (Kingma and Welling 2014), which is mapped to
+    the box -1..1: random codes in the box are those of plausible TFs. NumPy computes it: to import
+    PyTorch takes longer than the browser's first pictures.
     """
 
     def __init__(self, weights: Weights) -> None:

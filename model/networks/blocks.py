@@ -139,14 +139,9 @@ class Modulation(nn.Module):
         nn.init.normal_(self.linear.weight, 0.0, 0.05)
         nn.init.zeros_(self.linear.bias)
 
-    def factors(self, code: Tensor) -> tuple[Tensor, Tensor]:
-        """Return scales minus 1 and shifts, each (N, channels), for codes (N, code)."""
-        scale, shift = self.linear(code).chunk(2, dim=1)
-        return scale, shift
-
     def forward(self, x: Tensor, code: Tensor) -> Tensor:
         """Modulate features (N, channels, H, W) by codes (N, code)."""
-        scale, shift = self.factors(code)
+        scale, shift = self.linear(code).chunk(2, dim=1)
         return x * (1 + scale[:, :, None, None]) + shift[:, :, None, None]
 
 
@@ -209,11 +204,6 @@ def place(network: Network, device: torch.device) -> Network:
 def parameter_count(module: nn.Module) -> int:
     """Return the number of parameters."""
     return sum(p.numel() for p in module.parameters())
-
-
-def concatenate(*features: Tensor) -> Tensor:
-    """Concatenate features along the channel axis."""
-    return torch.cat(features, dim=1)
 
 
 def choose_device(name: str) -> torch.device:

@@ -47,10 +47,7 @@ def save_model(folder: Path, card: ModelCard, network: GeneratorNetwork) -> None
 
 
 def load_model(folder: Path) -> tuple[ModelCard, GeneratorNetwork]:
-    """Read a model folder; the network is in evaluation mode, in float32, on the CPU.
-
-    Raises :class:`CheckpointError` for missing or wrong weights, or without a model.
-    """
+    """Read a model folder, in evaluation mode, float32, on the CPU; or raise `CheckpointError`."""
     header = read_header(folder)
     card = card_of(folder, header)
     content = read_weights(folder, header)

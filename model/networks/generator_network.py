@@ -21,9 +21,7 @@ from model.scene.transfer_function import TF_SAMPLES
 class EncodedInputs(NamedTuple):
     """Scene inputs of N images as network inputs, in [-1, 1]."""
 
-    conditions: Tensor
-    """The five view parameters (:meth:`model.scene.view.View.vector`), then those of the scene's
-    other inputs, such as a movable light. Shape (N, C)."""
+    conditions: Tensor  # (N, C): five view parameters, then those of other inputs, as of the light
     opacity_tf: Tensor  # shape (N, 256)
     color_tf: Tensor  # (N, 3, 256) in scaled CIELAB
 
@@ -88,10 +86,8 @@ class LatentCodec(nn.Module):
 class GeneratorNetwork(nn.Module, ABC):
     """A differentiable function of view and transfer functions.
 
-    It works in two steps: :meth:`features` prepares what :meth:`decode`, the larger part,
-    turns into images. Only the second is given to inference libraries.
-
-    Images depend on the opacity TF through its latent code only.
+    :meth:`features` prepares what :meth:`decode`, the larger part, turns into images; only that is
+    given to inference libraries. Images depend on the opacity TF through its latent code only.
     """
 
     def forward(self, inputs: EncodedInputs) -> tuple[Tensor, Tensor]:

@@ -16,7 +16,6 @@ from model.networks.blocks import (
     Modulation,
     ResidualBlock,
     TFEncoder,
-    concatenate,
     initialize,
     mlp,
     score_head,
@@ -65,7 +64,7 @@ class OpacityGenerator(LatentCodec):
 
     def decode_image(self, view: Tensor, latent: Tensor) -> Tensor:
         """Opacity images (N, 1, S, S) in [-1, 1] from codes of views and latent codes."""
-        fused = self.merge(concatenate(view, self.latent(latent)))
+        fused = self.merge(torch.cat([view, self.latent(latent)], 1))
         image: Tensor = fused[:, :, None, None]
         for i, layer in enumerate(self.image):
             image = layer(image)
@@ -92,7 +91,7 @@ class OpacityDiscriminator(nn.Module):
         """Logits (N, 1), positive for "rendered", of images (N, 1, S, S)."""
         view = self.view(inputs.conditions[:, :VIEW_PARAMETERS])
         opacity_tf = self.opacity_tf(inputs.opacity_tf[:, None])
-        logits: Tensor = self.score(concatenate(view, opacity_tf, self.image(image)))
+        logits: Tensor = self.score(torch.cat([view, opacity_tf, self.image(image)], 1))
         return logits
 
 
@@ -112,9 +111,8 @@ class ColorAttention(nn.Module):
     """Attention of each pixel to scalar values, which gives it a mixture of their colours.
 
     A colour image is the opacity-weighted mean of the TF's colours along each ray. The paper's
-    translation has to draw those colours from a code of 32 numbers; with this variant its
-    decoder says how much of each scalar value a pixel shows, and gets the colours themselves.
-    How much of a value there is also depends on the opacity TF, which is known by its code.
+    translation draws those from a code of 32 numbers; here its decoder says how much of each scalar
+    value a pixel shows, and gets the colours themselves.
     """
 
     def __init__(self, size: NetworkSize, channels: int) -> None:
@@ -126,7 +124,7 @@ class ColorAttention(nn.Module):
 
     def forward(self, x: Tensor, latent: Tensor, table: Tensor) -> Tensor:
         """Give pixels' features the colours that they look up."""
-        joined: Tensor = self.join(concatenate(x, self.colors(x, latent, table)))
+        joined: Tensor = self.join(torch.cat([x, self.colors(x, latent, table)], 1))
         return joined
 
     def colors(self, x: Tensor, latent: Tensor, table: Tensor) -> Tensor:
@@ -187,7 +185,9 @@ class TranslationGenerator(nn.Module):
         c = size.channels
         self.view = mlp(conditions, c(256), c(256))
         self.latent = mlp(size.latent_dim, c(256))
-        self.color_tf = color_encoder(size)
+        # Of colour TFs (N, 3, 256), through a bottleneck.
+        color_encoder = TFEncoder([3, c(16), c(32), c(64), c(128), c(128)], c(256), bias=False)
+        self.color_tf = nn.Sequential(color_encoder, mlp(c(256), COLOR_CODE, c(256)))
         # Channels of the opacity image's encoding, from the first halving down to 8 x 8 pixels.
         halvings = int(math.log2(size.opacity_size // FUSION_SIZE))
         encoded = [c(256 // 2**i) for i in reversed(range(halvings))]
@@ -230,7 +230,7 @@ class TranslationGenerator(nn.Module):
     def encode_color(self, color_tf: Tensor) -> Tensor:
         """Codes of colour TFs (N, 3, 256), with the colours that the attention mixes, if any."""
         code: Tensor = self.color_tf(color_tf)
-        return concatenate(code, color_table(color_tf)) if self.attention is not None else code
+        return torch.cat([code, color_table(color_tf)], 1) if self.attention is not None else code
 
     def decode(self, view: Tensor, latent: Tensor, color: Tensor, opacity: Tensor) -> Tensor:
         """Generate from codes of conditions, (N, channels), and of colour TFs."""
@@ -240,11 +240,11 @@ class TranslationGenerator(nn.Module):
         encodings = [opacity]
         for halve in self.encoder:
             encodings.append(halve(encodings[-1]))
-        codes = concatenate(view, self.latent(latent), color)
+        codes = torch.cat([view, self.latent(latent), color], 1)
         tiled = codes[:, :, None, None].expand(-1, -1, FUSION_SIZE, FUSION_SIZE)
-        x = self.fusion(concatenate(encodings[-1], tiled))
+        x = self.fusion(torch.cat([encodings[-1], tiled], 1))
         for i, double in enumerate(self.decoder):
-            x = double(x if i == 0 else concatenate(x, encodings[-1 - i]))
+            x = double(x if i == 0 else torch.cat([x, encodings[-1 - i]], 1))
             if self.modulations:
                 x = self.modulations[i](x, codes)
         if self.attention is not None:
@@ -270,23 +270,17 @@ class TranslationDiscriminator(nn.Module):
     def forward(self, inputs: EncodedInputs, image: Tensor) -> Tensor:
         """Logits (N, 1), positive for "rendered", of images (N, 3, S, S)."""
         logits: Tensor = self.score(
-            concatenate(
-                self.view(inputs.conditions),
-                self.opacity_tf(inputs.opacity_tf[:, None]),
-                self.color_tf(inputs.color_tf),
-                self.image(image),
+            torch.cat(
+                [
+                    self.view(inputs.conditions),
+                    self.opacity_tf(inputs.opacity_tf[:, None]),
+                    self.color_tf(inputs.color_tf),
+                    self.image(image),
+                ],
+                1,
             )
         )
         return logits
-
-
-def color_encoder(size: NetworkSize) -> nn.Sequential:
-    """Return an encoder of colour TFs (N, 3, 256) into (N, channels), through a bottleneck."""
-    c = size.channels
-    return nn.Sequential(
-        TFEncoder([3, c(16), c(32), c(64), c(128), c(128)], c(256), bias=False),
-        mlp(c(256), COLOR_CODE, c(256)),
-    )
 
 
 def color_discriminator_channels(size: NetworkSize) -> list[int]:

@@ -77,9 +77,8 @@ def walk(
 ) -> list[Place]:
     """Visit places whose pictures differ most, from left to right.
 
-    Each is farthest, by the RMSE of pictures, from all those chosen before; the first is the one
-    that differs most from the mean picture. The half of the pictures with less contrast is left
-    out: nearly black ones, and blocks of an opaque background.
+    Each is farthest, by the RMSE of pictures, from all those chosen before. The half with less
+    contrast is left out: nearly black ones, and blocks of an opaque background.
     """
     step = max(1, len(map_.codes) // candidates)
     chosen = np.arange(0, len(map_.codes), step)[:candidates]

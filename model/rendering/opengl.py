@@ -15,15 +15,8 @@ from vtkmodules.vtkRenderingCore import vtkRenderWindow
 
 from model.errors import CannotDrawError
 
-SOFTWARE = (
-    "llvmpipe",
-    "softpipe",
-    "swr",
-    "swiftshader",
-    "software",
-    "mesa offscreen",
-    "basic render",
-    "gdi generic",
+SOFTWARE = re.compile(
+    "llvmpipe|softpipe|swr|swiftshader|software|mesa offscreen|basic render|gdi generic"
 )
 """What names of OpenGL renderers have in them that use the processor, in small letters."""
 
@@ -56,7 +49,9 @@ def opengl_name() -> str:
         return ""
     window.SetSize(8, 8)
     window.Render()
-    found = _NAME.search(f"{window.ReportCapabilities()}\n{_state(window)}")
+    # Without a display, a window does not report it, but VTK's state of OpenGL does.
+    state = getattr(window, "GetState", lambda: "")()
+    found = _NAME.search(f"{window.ReportCapabilities()}\n{state}")
     window.Finalize()
     return found.group(1) if found else ""
 
@@ -64,13 +59,7 @@ def opengl_name() -> str:
 def software_name() -> str:
     """Name of the program that draws OpenGL in place of a graphics card; "" where a card does."""
     name = opengl_name()
-    return name if any(word in name.lower() for word in SOFTWARE) else ""
-
-
-def _state(window: vtkRenderWindow) -> str:
-    """OpenGL as VTK knows it: without a display, a window does not report it."""
-    state = getattr(window, "GetState", None)
-    return "" if state is None else str(state())
+    return name if SOFTWARE.search(name.lower()) else ""
 
 
 @contextmanager

@@ -40,10 +40,7 @@ class Piece:
 
 
 def pieces_under(volume: Volume, inputs: SceneInputs, at: tuple[float, float]) -> tuple[Piece, ...]:
-    """Return what is connected to the place that adds most to a pixel; see :func:`pieces_at`.
-
-    The pixel is as in :func:`model.rendering.ray_places.places_along`.
-    """
+    """Return what is connected to the place that adds most to a pixel; see :func:`pieces_at`."""
     points, adds = places_along(volume, inputs, at)
     return pieces_at(volume, inputs, points[adds.argmax()]) if adds.sum() >= VISIBLE else ()
 

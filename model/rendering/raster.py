@@ -98,13 +98,8 @@ class Raster:
         """Divide the part into tiles of at most this size, row by row."""
         for top in range(self.top, self.bottom, rows):
             for left in range(self.left, self.right, columns):
-                yield replace(
-                    self,
-                    left=left,
-                    top=top,
-                    columns=min(columns, self.right - left),
-                    rows=min(rows, self.bottom - top),
-                )
+                size = min(columns, self.right - left), min(rows, self.bottom - top)
+                yield Raster(self.width, self.height, left, top, *size)
 
     def grown(self, margin: int) -> Raster:
         """Return the part with more pixels around it, as far as the whole picture has them."""
@@ -142,8 +137,7 @@ def at_size_of(
 ) -> NDArray[np.float32]:
     """Return an image (h, w, 3) with as many pixels as a field of it or of its square.
 
-    Pixels are means over their areas or, if `sampled`, what the image shows in their middle, as if
-    it were rendered with as few.
+    Pixels are means over their areas or, if `sampled`, what the image shows in their middle.
     """
     if field.shape == image.shape:
         return image

@@ -25,8 +25,8 @@ def cut_rays(
     """Return eyes and rays (n, 3) of pixels (n, 2), and where they enter and leave (n,) what shows.
 
     A pixel is to the right and up from the image's middle, in halves of its shorter side. Eyes are
-    fractions of the volume's lengths along x, y and z; a ray is as long as half its diagonal, in
-    which ends are counted. A ray that misses leaves no later than it enters.
+    in fractions of the volume's lengths, ends in rays, which are as long as half its diagonal. A
+    ray that misses leaves no later than it enters.
     """
     shape, box = volume.proportions, inputs.part.crop
     projection = Projection(inputs.view, shape)
@@ -48,11 +48,7 @@ def cut_rays(
 def places_along(
     volume: Volume, inputs: SceneInputs, at: tuple[float, float]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the places (n, 3) along a pixel's ray, and how much each adds to its opacity (n,).
-
-    Places are fractions of the volume's lengths along x, y and z, the nearest first; none may be
-    left. The pixel is one of :func:`cut_rays`.
-    """
+    """Return places (n, 3) along a pixel's ray, in fractions, and what each adds to its opacity."""
     (start,), (ray,), (enter,), (leave,) = cut_rays(volume, inputs, np.array([at]))
     step = APART * volume.voxel_size / volume.radius
     count = int(np.ceil((leave - enter) / step)) if leave > enter else 0
@@ -75,11 +71,7 @@ def places_along(
 def ray_places(
     volume: Volume, inputs: SceneInputs, at: tuple[float, float]
 ) -> list[tuple[Triple, float]]:
-    """Return the places that one sees under a pixel, from the eye on, with what each adds.
-
-    Each is where most of its opacity comes from. Pixel and place are those of
-    :func:`places_along`.
-    """
+    """Return the places seen under a pixel, from the eye on, with what each adds to its opacity."""
     points, weights = places_along(volume, inputs, at)
     whole = float(weights.sum())
     if whole < VISIBLE:

@@ -51,8 +51,7 @@ def open_renderer(
 ) -> Renderer:
     """Create a renderer by name, importing only the libraries that it needs.
 
-    The ray caster has so many CPU threads, one per processor by default. Raises
-    :class:`RenderError` when the renderer cannot run on this machine.
+    Raises :class:`RenderError` when the renderer cannot run on this machine.
     """
     if name == "vtk":
         from model.rendering.vtk_renderer import VtkRenderer
@@ -68,12 +67,10 @@ def open_renderer(
 
 
 def smooth_distance(distance: float, lighting: Lighting) -> float:
-    """Return the sample distance of the ray caster's final pictures, in voxels.
+    """Return the sample distance of the ray caster's final pictures, from VTK's, in voxels.
 
-    `distance` is that of VTK's pictures of the scene, of models' training images and of
-    derivatives. Thin layers of a TF show rings where samples are half a voxel apart, in VTK's
-    pictures, too. The ray caster's can do without, as close samples take little time. Paths have no
-    steps: there it is kept.
+    Thin layers of a TF show rings where samples are half a voxel apart, in VTK's pictures, too. The
+    ray caster's can do without, as close samples take little time. Paths have no steps.
     """
     return distance if lighting == "path" else distance / SMOOTH
 
@@ -81,9 +78,8 @@ def smooth_distance(distance: float, lighting: Lighting) -> float:
 class FallbackRenderer:
     """Draws by VTK until that fails, and by the ray caster from then on.
 
-    Where no graphics card draws for VTK, the ray caster may do so from the start: by the processor
-    it is many times as fast, and draws the same. Soft light is always the ray caster's. Not for
-    data sets, whose images are all of one renderer. `reason` says in a sentence what VTK failed in,
+    Where no graphics card draws for VTK, the ray caster may do so from the start. Not for data
+    sets, whose images are all of one renderer. `reason` says in a sentence what VTK failed in,
     `remark` why the ray caster draws though VTK did not fail; both are "" if VTK draws.
     """
 

@@ -49,12 +49,9 @@ NORMAL_CORRECTION = (
     "in_modelViewMatrix * in_volumeMatrix[0] * vec4(shading_gradient.xyz, 0.0)",
     False,
 )
-"""Shader replacement that corrects surface normals.
-
-VTK scales normals by the volume's extents along the axes of the view; with this replacement they
-are only rotated. The items are the text to replace, whether to do so before VTK's own replacements,
-the new text, and whether to replace every occurrence.
-"""
+"""Shader replacement by which normals are only rotated; VTK scales them by the volume's extents.
+The items are the text to replace, whether to do so before VTK's own replacements, the new text, and
+whether to replace every occurrence."""
 
 NOISE = 3.0  # gradient at which its direction counts for a half, in deviations of the noise
 NATIVE_TYPES = (np.uint16, np.int16)  # scalar types that are rendered without conversion
@@ -93,41 +90,44 @@ class VtkRenderer:
         self._renderer = vtkRenderer()
         self._renderer.SetBackground(0.0, 0.0, 0.0)
         self._renderer.SetBackgroundAlpha(0.0)
-        self._properties = self._volume_property(lighting)
+        self._renderer.AutomaticLightCreationOff()
+        self._light = light or LightDirection()
+        # A distant white light that moves with the camera.
+        self._lamp = vtkLight()
+        self._lamp.SetLightTypeToCameraLight()
+        self._lamp.PositionalOff()
+        self._lamp.SetFocalPoint(0.0, 0.0, 0.0)
+        self._properties = vtkVolumeProperty()
+        self._properties.SetScalarOpacity(self._opacity)
+        self._properties.SetColor(self._color)
+        self._properties.SetShade(lighting != "none")
+        self._properties.SetAmbient(AMBIENT)
+        self._properties.SetDiffuse(DIFFUSE)
+        self._properties.SetSpecular(SPECULAR)
+        self._properties.SetSpecularPower(SPECULAR_POWER)
         actor = vtkVolume()
-        self._uniforms = actor.GetShaderProperty().GetFragmentCustomUniforms()
+        shader = actor.GetShaderProperty()
+        self._uniforms = shader.GetFragmentCustomUniforms()
         self._set_shown(self._part)
         self._uniforms.SetUniformi("in_isNearest", 0)
         actor.SetMapper(self._mapper)
         actor.SetProperty(self._properties)
         self._renderer.AddVolume(actor)
-        for replacement in _whole_rays(volume):
-            actor.GetShaderProperty().AddFragmentShaderReplacement(*replacement)
         self._mapper.SetMaskTypeToBinary()
-        actor.GetShaderProperty().AddFragmentShaderReplacement(*_hiding(volume))
         self._mask: Mask | None = None
         self._hide(None)
+        replacements = [*_whole_rays(volume), _hiding(volume)]
         if texture_range != tf_range:
-            actor.GetShaderProperty().AddFragmentShaderReplacement(
-                *_table_mapping(texture_range, tf_range)
-            )
-        self._light = light or LightDirection()
-        self._lamp = _camera_light()
-        self._light_up(actor, lighting, texture_range[1] - texture_range[0])
-        self._window = offscreen_window()
-        self._window.AddRenderer(self._renderer)
-
-    def _light_up(self, actor: vtkVolume, lighting: Lighting, width: float) -> None:
-        """Have the lamp shine on a volume whose texture has a range of some width."""
-        self._renderer.AutomaticLightCreationOff()
+            replacements.append(_table_mapping(texture_range, tf_range))
         if lighting != "none":
             self._renderer.AddLight(self._lamp)
-            actor.GetShaderProperty().AddFragmentShaderReplacement(*NORMAL_CORRECTION)
-            actor.GetShaderProperty().AddFragmentShaderReplacement(*_label_gradient(self._volume))
-            noise = noise_of(self._scalars) / width
-            actor.GetShaderProperty().AddFragmentShaderReplacement(
-                *_solid_lighting(self._volume, NOISE * noise)
-            )
+            noise = NOISE * noise_of(self._scalars) / (texture_range[1] - texture_range[0])
+            lit = NORMAL_CORRECTION, _label_gradient(volume), _solid_lighting(volume, noise)
+            replacements.extend(lit)
+        for replacement in replacements:
+            shader.AddFragmentShaderReplacement(*replacement)
+        self._window = offscreen_window()
+        self._window.AddRenderer(self._renderer)
 
     def render(
         self,
@@ -194,20 +194,6 @@ class VtkRenderer:
                 f"VTK cannot draw {self._volume.name} on this machine ('{self._failure}'); choose "
                 "the ray caster, crop or downsample the volume, or update the graphics driver."
             )
-
-    def _volume_property(self, lighting: Lighting) -> vtkVolumeProperty:
-        properties = vtkVolumeProperty()
-        properties.SetScalarOpacity(self._opacity)
-        properties.SetColor(self._color)
-        if lighting == "none":
-            properties.ShadeOff()
-        else:
-            properties.ShadeOn()
-            properties.SetAmbient(AMBIENT)
-            properties.SetDiffuse(DIFFUSE)
-            properties.SetSpecular(SPECULAR)
-            properties.SetSpecularPower(SPECULAR_POWER)
-        return properties
 
     def _point_camera(self, view: View, raster: Raster) -> None:
         _, up, back = view.basis()
@@ -281,9 +267,8 @@ def _texture_scalars(volume: Volume) -> tuple[NDArray[Any], Range]:
 def _table_range(texture_range: Range, tf_range: Range) -> Range:
     """Return the range over which TFs are passed to VTK.
 
-    VTK samples a TF from end to end of the texture's range, but then reads entry i
-    at (i + 1/2) / TABLE_ENTRIES; widening the range by half an entry at each end
-    compensates for this. Where the TFs' range is another one, :func:`_table_mapping` does.
+    VTK samples a TF from end to end of the texture's range, but then reads entry i at (i + 1/2) /
+    TABLE_ENTRIES: the range is wider by half an entry at each end, unless it is mapped anyway.
     """
     if texture_range != tf_range:
         return texture_range
@@ -296,9 +281,7 @@ def _table_mapping(texture_range: Range, tf_range: Range) -> tuple[str, bool, st
     """Return a shader replacement that spreads VTK's look-up tables over another range.
 
     VTK spreads them over the voxels' range, which leaves few entries for TFs over a small part of
-    it. With this replacement they are read over the TFs' range, from the middle of the first entry
-    to that of the last; with half an entry less at the ends, what lies beyond them would look as
-    1/8 of a bin further inside.
+    it. Here they are read over the TFs' range, from the middle of the first entry to the last's.
     """
     (first, last), (lo, hi) = texture_range, tf_range
     share = (TABLE_ENTRIES - 1) / TABLE_ENTRIES
@@ -476,12 +459,3 @@ def _image_data(volume: Volume, scalars: NDArray[Any]) -> vtkImageData:
     image.SetSpacing(*(np.array(volume.spacing) / volume.voxel_size))
     image.GetPointData().SetScalars(numpy_to_vtk(np.ascontiguousarray(scalars).reshape(-1)))
     return image
-
-
-def _camera_light() -> vtkLight:
-    """Create a distant white light that moves with the camera."""
-    light = vtkLight()
-    light.SetLightTypeToCameraLight()
-    light.PositionalOff()
-    light.SetFocalPoint(0.0, 0.0, 0.0)
-    return light

@@ -2,9 +2,7 @@
 
 A store has one group per split, ``train`` and ``holdout``, each with arrays of equal length N:
 
-- the scene inputs declared in :mod:`model.scene.inputs`: ``view`` (N, 4) float64
-  (azimuth, elevation, roll, distance), ``opacity_tf`` (N, 256) and ``color_tf``
-  (N, 256, 3) float32 (over the scalar range), and the scene's other varying inputs;
+- the scene's varying inputs, as :mod:`model.scene.inputs` declares them;
 - ``rgba`` (N, S, S, 4) uint8: the image, premultiplied, row 0 at the top.
 
 Sample i of a split depends only on the scene, the seed and i. Samples are written in blocks of one
@@ -132,21 +130,16 @@ class SampleStore:
     @property
     def rendering(self) -> tuple[float, int]:
         """Seconds that rendering took so far, and the number of samples rendered in them."""
-        kept = self._root.attrs.get(RENDERING)
-        if not isinstance(kept, dict):
-            return 0.0, 0
-        seconds, samples = kept.get("seconds"), kept.get("samples")
-        if not (isinstance(seconds, int | float) and isinstance(samples, int)):
-            return 0.0, 0
-        return float(seconds), samples
+        match self._root.attrs.get(RENDERING):
+            case {"seconds": int() | float() as seconds, "samples": int(samples)}:
+                return float(seconds), samples
+        return 0.0, 0
 
     def add_rendering(self, seconds: float, samples: int) -> None:
         """Keep how long some of the samples took; the paper's Table 1 has that time."""
         before, already = self.rendering
-        self._root.attrs[RENDERING] = {
-            "seconds": round(before + seconds, 3),
-            "samples": already + samples,
-        }
+        both = {"seconds": round(before + seconds, 3), "samples": already + samples}
+        self._root.attrs[RENDERING] = both
 
     def missing_blocks(self, split: Split) -> list[range]:
         """Return the incomplete blocks, as ranges of sample indices."""

@@ -1,10 +1,8 @@
 """Agreement of a generator's sensitivities with the renderer's exact ones.
 
-Accurate images do not imply accurate derivatives. For hold-out samples of an unlit
-scene, the generator's sensitivity to the opacity TF is compared with the exact one,
-for the whole image and for each of 8 x 8 blocks, with respect to the same edits.
-Edits outside the scalar window are excluded: training TFs have no modes there, and
-the response of the background would dominate the comparison.
+Accurate images do not imply accurate derivatives. Those by edits of the opacity TF are compared for
+the whole image and for 8 x 8 blocks. Edits outside the scalar window are excluded: training TFs
+have no modes there, and the response of the background would dominate the comparison.
 """
 
 from __future__ import annotations

@@ -1,8 +1,7 @@
 """Sensitivities as they are shown: in a unit, by a scale with a floor, in colours.
 
-The unit is the change of a pixel's value (0 to 1) by an edit that raises the opacity by
-.01 where it is highest. Fields of changes have a sequential colour map, signed ones a
-diverging one; both are perceptually uniform and safe for the colour-blind.
+The unit is the change of a pixel's value (0 to 1) by an edit that raises the opacity by .01 where
+it is highest. Colour maps are perceptually uniform and safe for the colour-blind.
 """
 
 from __future__ import annotations

@@ -1,10 +1,9 @@
 """A generator's sensitivity to the opacity TF (paper, section 5.1 and Eq. 11).
 
-Each question has its own direction of differentiation: where in the TF a region reacts is
-one reverse pass, where in the image an edit shows is one forward pass. A field of all
-blocks and scalar values takes many of either kind, and whichever needs fewer is used: the
-network takes the opacity TF through a latent code, so that its derivative has no higher rank
-than the code has numbers, and as many forward passes are enough.
+Where in the TF a region reacts is one reverse pass, where in the image an edit shows is one forward
+pass. A field of all blocks and scalar values takes many of either kind, whichever needs fewer: the
+network takes the opacity TF through a latent code, so that as many forward passes as the code has
+numbers are enough.
 """
 
 from __future__ import annotations

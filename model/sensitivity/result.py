@@ -70,15 +70,14 @@ def save_numbers(path: Path, result: SensitivityResult) -> None:
     suffix = path.suffix.lower()
     if suffix not in NUMBER_SUFFIXES:
         raise RenderError(f"{path}: numbers are written to a .npz or a .csv file; name one.")
-    content = _npz(result) if suffix == ".npz" else _csv(result)
+    if suffix == ".npz":
+        buffer, names = io.BytesIO(), ("scalar_values", "opacity", "image", "sensitivity")
+        np.savez_compressed(buffer, **{name: getattr(result, name) for name in names})
+        content = buffer.getvalue()
+    else:
+        content = _csv(result)
     with os_errors_as(RenderError, f"{path}: it cannot be written"):
         write_atomically(path, content)
-
-
-def _npz(result: SensitivityResult) -> bytes:
-    buffer, names = io.BytesIO(), ("scalar_values", "opacity", "image", "sensitivity")
-    np.savez_compressed(buffer, **{name: getattr(result, name) for name in names})
-    return buffer.getvalue()
 
 
 def _csv(result: SensitivityResult) -> bytes:

@@ -1,9 +1,8 @@
 """Loss of the opacity TF codec: differences of decoded TFs from encoded ones.
 
-A TF has more degrees of freedom than its latent code. Trained on reconstruction
-alone, the codec folds TFs ever more finely into the code, until a small edit of
-a TF changes the decoded TF arbitrarily; images improve, but their derivatives
-get worse. The loss therefore also covers edits of TFs.
+Trained on reconstruction alone, the codec folds TFs ever more finely into the code, until a small
+edit of a TF changes the decoded TF arbitrarily; images improve, but their derivatives get worse.
+The loss therefore also covers edits of TFs.
 """
 
 from __future__ import annotations

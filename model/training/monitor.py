@@ -44,8 +44,7 @@ class HoldoutProbe:
     def measure(self, generator: GeneratorNetwork, sheet: Path) -> dict[str, float]:
         """Measure a generator and write a PNG sheet of images of the first samples.
 
-        Its rows are true images, generated images, true opacity images and generated ones. The
-        figures are mean RMSEs of opacity TFs, opacity images and images, at the size that the
+        The figures are mean RMSEs of opacity TFs, opacity images and images, at the size that the
         generator draws, and the indicators checked by :class:`CollapseGuard`.
         """
         image, opacity, tf, latent = self._render(generator)
@@ -152,12 +151,8 @@ LEAST_SPREAD = 1e-4  # largest deviation of a latent number below which all code
 PATIENCE = 2  # number of consecutive collapsed measurements that end a run
 
 WARM_UP = 600
-"""Number of steps of a stage before which measurements are not checked.
-
-Under the paper's initialization all codes start equal (a spread of 3e-6), and a codec of full
-width has an effective rank of 1.0 from step 100 to 400, whatever its batches; by step 600 it is
-above 2. Images start alike, too.
-"""
+"""Number of steps of a stage before which measurements are not checked. All codes start equal, and
+a codec of full width has an effective rank of 1.0 up to step 400; by step 600 it is above 2."""
 
 LATEST_START = 3000  # steps after which what never differed counts as collapsed
 
@@ -182,10 +177,8 @@ class CollapseGuard:
         values = {f"{name} loss": loss for name, loss in result.losses.items()}
         for name, value in {**values, "gradient": result.gradient}.items():
             if not math.isfinite(value):
-                what = (
-                    f"the {name} is no longer finite; lower the learning rate, or try another seed"
-                )
-                return Trouble(what, _slower(stage))
+                remedy = "lower the learning rate, or try another seed"
+                return Trouble(f"the {name} is no longer finite; {remedy}", _slower(stage))
         return None
 
     def check_measurement(
@@ -224,13 +217,13 @@ def diversity(images: Tensor, truth: Tensor) -> float:
 def _equal_codes(metrics: dict[str, float]) -> Trouble | None:
     if metrics["latent_spread"] >= LEAST_SPREAD and metrics["latent_rank"] >= LEAST_RANK:
         return None
-    return Trouble(
-        "the latent codes of all opacity TFs are the same "
-        f"(largest standard deviation {metrics['latent_spread']:.2g}, "
-        f"effective rank {metrics['latent_rank']:.2f}); raise the weight of the decoded TF, "
-        "or try another seed",
-        "decoded_tf_weight=4000",
+    spread, rank = metrics["latent_spread"], metrics["latent_rank"]
+    what = (
+        "the latent codes of all opacity TFs are the same (largest standard deviation "
+        f"{spread:.2g}, "
+        f"effective rank {rank:.2f}); raise the weight of the decoded TF, or try another seed"
     )
+    return Trouble(what, "decoded_tf_weight=4000")
 
 
 def _alike(stage: Stage, metrics: dict[str, float]) -> Trouble | None:
@@ -259,9 +252,8 @@ NORM_BATCH = 16
 class BatchNormRecalibration:
     """Recomputes a generator's batch-norm statistics on a fixed set of training samples.
 
-    During training the weights fluctuate about their average, which adds to the variance of layer
-    outputs. The averaged network lacks this variance, but averaged statistics include it and
-    scale its outputs down too far, the more so the higher the learning rate.
+    While weights fluctuate about their average, outputs vary more than the averaged network's do:
+    averaged statistics would scale these down too far.
     """
 
     def __init__(self, source: SampleSource, size: NetworkSize, device: torch.device) -> None:

@@ -106,15 +106,7 @@ class TrainingOptions:
     def __post_init__(self) -> None:
         if not 0 <= self.adversarial_start <= 1:
             raise TrainingError("The start of the adversarial loss must be from 0 to 1.")
-        weights = (
-            self.l1_weight,
-            self.decoded_tf_weight,
-            self.thick_layer_weight,
-            self.tf_edit_weight,
-            self.opacity_l1_weight,
-            self.feature_matching_weight,
-        )
-        if min(weights) < 0:
+        if min(value for name, value in vars(self).items() if name.endswith("_weight")) < 0:
             raise TrainingError("The weights of the losses must not be negative.")
         if self.unrendered_tfs < 0:
             raise TrainingError("The number of unrendered TFs must not be negative.")

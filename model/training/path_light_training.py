@@ -11,6 +11,7 @@ import time
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import torch
@@ -46,10 +47,7 @@ class PathLightOptions:
 
 @dataclass(frozen=True)
 class PathLightErrors:
-    """RMSE of pictures of so many samples, by volume, before and after the network.
-
-    The noise of what they are compared with is taken off.
-    """
+    """RMSE of pictures of so many samples, by volume, before and after the network."""
 
     samples: int
     denoised: dict[str, float]
@@ -63,10 +61,9 @@ class PathLightErrors:
 
 
 class PathLightTrainer:
-    """Trains the network on pairs by volume, from where a checkpoint stopped.
+    """Trains the network on pairs by volume, drawn equally often, from where a checkpoint stopped.
 
-    Volumes are drawn equally often. `start` has the first weights, of the options' size; `steps`
-    and `seconds` include those of earlier runs.
+    `start` has the first weights; `steps` and `seconds` include those of earlier runs.
     """
 
     def __init__(
@@ -88,6 +85,12 @@ class PathLightTrainer:
         self._average = EMA(self._network, options.averaging)
         self._optimizer = torch.optim.Adam(self._network.parameters(), options.learning_rate)
         self.steps, self.seconds = 0, 0.0
+        average, optimizer = self._average.network, self._optimizer
+        self._parts: dict[str, Any] = {
+            "network": self._network,
+            "average": average,
+            "optimizer": optimizer,
+        }
 
     @property
     def network(self) -> PathLightNetwork:
@@ -118,9 +121,8 @@ class PathLightTrainer:
         """Go on from a checkpoint; a damaged one, or another network's, is a `TrainingError`."""
         try:
             state = torch.load(path, map_location=self._device, weights_only=True)
-            self._network.load_state_dict(state["network"])
-            self._average.network.load_state_dict(state["average"])
-            self._optimizer.load_state_dict(state["optimizer"])
+            for name, part in self._parts.items():
+                part.load_state_dict(state[name])
             self.steps, self.seconds = int(state["steps"]), float(state["seconds"])
         except (OSError, KeyError, ValueError, RuntimeError) as error:
             raise TrainingError(
@@ -128,13 +130,8 @@ class PathLightTrainer:
             ) from error
 
     def _save(self, path: Path) -> None:
-        state = {
-            "network": self._network.state_dict(),
-            "average": self._average.network.state_dict(),
-            "optimizer": self._optimizer.state_dict(),
-            "steps": self.steps,
-            "seconds": self.seconds,
-        }
+        state = {name: part.state_dict() for name, part in self._parts.items()}
+        state |= {"steps": self.steps, "seconds": self.seconds}
         partial = path.with_suffix(".partial")
         try:
             torch.save(state, partial)
@@ -186,11 +183,9 @@ class PathLightTrainer:
                 part = image[..., top : top + CUT, left : left + CUT]
                 part = part.flip([axis for axis in (-1, -2) if turned[axis]])
                 found.append(part.transpose(-1, -2) if turned[2] else part)
-        device, layout = self._device, torch.channels_last
-        return (
-            torch.cat(inputs).to(device, memory_format=layout),
-            torch.cat(exact).to(device, memory_format=layout),
-        )
+        whole = torch.cat(inputs), torch.cat(exact)
+        seen, wanted = (t.to(self._device, memory_format=torch.channels_last) for t in whole)
+        return seen, wanted
 
 
 @torch.no_grad()

@@ -119,21 +119,14 @@ class WarmStart:
         return cls(weights_digest(folder), *load_model(folder))
 
     def check(self, size: NetworkSize, scene: Scene) -> None:
-        """Refuse a model of another network size or an incompatible scene.
-
-        It may have learned smaller images: networks grow. The volume may be another one of the same
-        proportions, and the light may differ: that still takes less time than random weights do.
-        """
+        """Refuse a model of another network size or scene; it may have learned smaller images."""
         own = self.card.size
         if own.image_size < size.image_size:
             own = replace(own, image_size=size.image_size)
-        theirs = asdict(own) | _built_for(self.card.scene)
         ours = asdict(size) | _built_for(scene)
-        differing = [
-            f"{name.replace('_', ' ')} ({value}, not {ours[name]})"
-            for name, value in theirs.items()
-            if value != ours[name]
-        ]
+        theirs = (asdict(own) | _built_for(self.card.scene)).items()
+        different = [(name, value) for name, value in theirs if value != ours[name]]
+        differing = [f"{n.replace('_', ' ')} ({value}, not {ours[n]})" for n, value in different]
         if differing:
             raise TrainingError(
                 f"The model to start from has another {', '.join(differing)}; "

@@ -1,9 +1,8 @@
 """Sources of training samples: stored data sets, and samples rendered while training.
 
-The paper's Discussion suggests generating samples during training. Here sample i of the split is
-rendered once, used about `reuse` times while it is among the newest, and discarded. The window
-that a batch is drawn from depends on the batch's number only, not on the speed of rendering, so
-runs are reproducible and resume exactly; training waits if rendering falls behind.
+Sample i of the split is rendered once, used about `reuse` times while it is among the newest, and
+discarded. The window that a batch is drawn from depends on the batch's number only, so that runs
+resume exactly; training waits if rendering falls behind.
 """
 
 from __future__ import annotations
@@ -57,8 +56,7 @@ class SampleSource(ABC):
     ) -> Iterator[SampleBatch]:
         """Yield batches of random training samples endlessly; equal arguments give equal batches.
 
-        Each stage, from 0, has batches of its own. The first `done`, used by earlier sessions of
-        the run, are skipped. Images can be smaller than the scene's.
+        Each stage, from 0, has batches of its own. The first `done`, used before, are skipped.
         """
 
     def check(self, batch_size: int) -> None:  # noqa: B027
@@ -139,9 +137,8 @@ STAGE_SAMPLES = 1 << 40  # between the sample indices of stages, which share no 
 class StreamSource(SampleSource):
     """Samples rendered in the background during training, by threads or by processes.
 
-    Threads share the interpreter's lock with the training. A training on a CPU holds it for
-    little of its time, one on a GPU for nearly all of it. Each sample is used `reuse` times on
-    average. `rendering_seconds` is the processor time spent so far, summed over threads.
+    Threads share the interpreter's lock with the training, which on a GPU holds it nearly always.
+    Each sample is used `reuse` times on average.
     """
 
     def __init__(

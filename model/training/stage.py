@@ -40,9 +40,8 @@ class EMA(Generic[Network]):
     def update(self, network: Network, step: int) -> None:
         """Update the average with weights and statistics after an optimization step, from 0."""
         decay = min(self.decay, (1 + step) / (10 + step))
-        pairs = list(
-            zip(self.network.state_dict().values(), network.state_dict().values(), strict=True)
-        )
+        both = (each.state_dict().values() for each in (self.network, network))
+        pairs = list(zip(*both, strict=True))
         ours, theirs = zip(*(p for p in pairs if p[0].is_floating_point()), strict=True)
         torch._foreach_lerp_(list(ours), list(theirs), 1 - decay)
         for count, newest in pairs:
@@ -83,17 +82,13 @@ class Stage(ABC):
     """Training of a generator, by losses and, if there is one, against a discriminator.
 
     Subclasses define the generated image, the networks' inputs and the generator's losses besides
-    the adversarial one. `name` also names the stage's :class:`StageOptions` in the recipe;
-    `image_size` is that of the colour images it learns, if smaller than the scene's. `steps` counts
-    optimization steps. Each batch is split into `parts`, accumulating gradients; more than 1 after
-    memory has run out. Batch-norm statistics are then those of the parts.
-
-    Where `recorded`, as on a GPU, steps without a discriminator are one CUDA graph: to start each
-    of thousands of small kernels from Python takes longer than they do.
+    the adversarial one. Each batch is split into `parts`, accumulating gradients; more than 1 after
+    memory has run out. Where `recorded`, as on a GPU, steps without a discriminator are one CUDA
+    graph: to start each of thousands of small kernels from Python takes longer than they do.
     """
 
-    name: str
-    image_size: int | None = None
+    name: str  # also of the stage's options in the recipe
+    image_size: int | None = None  # of the colour images that it learns, if below the scene's
 
     def __init__(self, generator: nn.Module, discriminator: nn.Module | None, setup: Setup) -> None:
         options, device = setup.options, setup.device
@@ -127,10 +122,9 @@ class Stage(ABC):
             network.load_state_dict({**own, **fitting})
 
     def step(self, batch: EncodedBatch, progress: float) -> StepResult:
-        """Train the generator, and once it has joined the discriminator, on one batch.
+        """Train on one batch at a fraction of the stage's budget, 0..1, which determines the rate.
 
-        `progress` is the fraction of the stage's budget used, 0..1, and determines the rate. A
-        batch for which memory runs out is split, down to parts of two samples.
+        A batch for which memory runs out is split, down to parts of two samples.
         """
         self._set_learning_rate(progress)
         joined = progress >= self.options.adversarial_start
@@ -190,10 +184,7 @@ class Stage(ABC):
         return StepResult(dict(zip(self._names, losses, strict=True)), gradient)
 
     def _pass(self, batch: EncodedBatch) -> Tensor:
-        """Learn from a batch; return the losses, named by ``_names``, and the gradient's norm.
-
-        All of it is done on the device, which must not wait for this process.
-        """
+        """Learn from a batch on the device alone; return losses and the gradient's norm."""
         self.generator_optimizer.zero_grad(set_to_none=True)
         losses = self._learn(batch, 1.0, False, None)
         gradient = clip_grad_norm_(self.generator.parameters(), math.inf)
@@ -359,11 +350,7 @@ def adam(network: nn.Module, beta2: float, recorded: bool = False) -> torch.opti
 
 
 def cosine_decay(progress: float) -> float:
-    """Learning-rate factor of a cosine schedule at a fraction of its stage, 0..1.
-
-    It first rises linearly, while Adam's moments cover few batches only, and then
-    falls along half a cosine, so that steps become small enough to converge.
-    """
+    """Learning-rate factor at a fraction of a stage: it rises linearly, then falls as a cosine."""
     if progress < WARM_UP:
         return max(LEAST_DECAY, progress / WARM_UP)
     angle = math.pi * min(1.0, (progress - WARM_UP) / (1 - WARM_UP))

@@ -166,9 +166,8 @@ class Schedule:
         torch.manual_seed(options.seed)
         self.stages: dict[str, Stage] = {}
         self.ends: dict[str, float] = {}
-        setup = Setup(
-            size, condition_numbers(scene), options, CodecLoss(scene, options), device, precision
-        )
+        loss = CodecLoss(scene, options)
+        setup = Setup(size, condition_numbers(scene), options, loss, device, precision)
         if options.one_stage:
             if options.small_time_share and size.image_size > size.opacity_size:
                 self.stages["small"] = SmallStage(setup)
@@ -187,11 +186,7 @@ class Schedule:
         return list(self.stages)
 
     def share(self, name: str, spent: float) -> float:
-        """Fraction of a stage's part of the budget used, from that of the whole budget.
-
-        It is 1 or more when the stage is over, and 0 also for a run that is resumed with a larger
-        budget and has not used its earlier stages' part of it.
-        """
+        """Fraction of a stage's part of the budget used; 1 or more when the stage is over."""
         number = self.names.index(name)
         first = self.ends[self.names[number - 1]] if number else 0.0
         return max(0.0, (spent - first) / (self.ends[name] - first))
@@ -208,10 +203,8 @@ class Schedule:
             begun = [s for s in self.stages.values() if s.steps] or [self.stages["joint"]]
             network: GeneratorNetwork = begun[-1].average.network
             return network.eval()
-        opacity, translation = self.stages["opacity"], self.stages["translation"]
-        return TwoStageGenerator(
-            self._size, opacity.average.network, translation.average.network
-        ).eval()
+        both = (self.stages[name].average.network for name in ("opacity", "translation"))
+        return TwoStageGenerator(self._size, *both).eval()
 
     def start_from(self, generator: GeneratorNetwork) -> None:
         """Copy a trained generator's weights, before the first step; it may draw smaller images."""

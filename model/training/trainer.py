@@ -25,16 +25,8 @@ from model.networks.checkpoint import save_model
 from model.networks.generator_network import GeneratorNetwork
 from model.samples.sample_store import SampleStore
 from model.scene.volume import Volume
-from model.training import parallel
+from model.training import monitor, parallel, state
 from model.training.batch import EncodedBatch, encode_batch
-from model.training.monitor import (
-    MEASURES,
-    BatchNormRecalibration,
-    CollapseGuard,
-    HoldoutProbe,
-    RunLog,
-    Trouble,
-)
 from model.training.options import TrainingJob
 from model.training.plan import (
     TrainingPlan,
@@ -46,18 +38,8 @@ from model.training.plan import (
 from model.training.sources import SampleSource, StoredSource, StreamSource
 from model.training.stage import Losses, Stage
 from model.training.stages import Schedule
-from model.training.state import (
-    STATE_FILE,
-    Progress,
-    check_new,
-    interruption,
-    load_progress,
-    load_stage,
-    save_state,
-    training_in,
-    writing,
-)
 
+LONGER = "train longer in another folder, from this model."
 FIRST_SAVE_S = 10.0  # after which a run is first saved, so that a kill loses no more
 
 
@@ -69,15 +51,11 @@ def train(
     """Train until the budget is used.
 
     `on_report` is called after each optimization step. If it raises :class:`KeyboardInterrupt`, the
-    run is saved and ends, as after Ctrl-C; pressed again, that ends it at once and unsaved.
-
-    Raises :class:`CollapseError` when a loss is no longer finite, or when codes or images collapse;
-    :class:`TrainingError` when the folder holds a run (or, resuming, none or another one), when
-    another process trains there, or when the folder cannot be written; :class:`DatasetError` when
-    there are too few samples.
+    run is saved and ends, as after Ctrl-C; pressed again, that ends it at once and unsaved. Raises
+    :class:`CollapseError` when a loss is no longer finite, or when codes or images collapse.
     """
     try:
-        with nullcontext() if parallel.rank() else training_in(plan.folder):
+        with nullcontext() if parallel.rank() else state.training_in(plan.folder):
             _Run(plan, resume, on_report).train()
     finally:
         plan.source.close()
@@ -98,15 +76,15 @@ class _Run:
         self.progress = self._first_progress(resume)
         # All ranks must have read the folder before the first one writes to it.
         parallel.wait_for_all()
-        self.guard = CollapseGuard()
-        self.log = RunLog(plan.folder, self.progress.samples)
+        self.guard = monitor.CollapseGuard()
+        self.log = monitor.RunLog(plan.folder, self.progress.samples)
         self.metrics = self.log.last_metrics()
-        self.probe = HoldoutProbe(plan.source, plan.size, plan.device)
-        self.statistics = BatchNormRecalibration(plan.source, plan.size, plan.device)
+        self.probe = monitor.HoldoutProbe(plan.source, plan.size, plan.device)
+        self.statistics = monitor.BatchNormRecalibration(plan.source, plan.size, plan.device)
         self._evaluated: tuple[int, GeneratorNetwork] | None = None
         if resume:
             for stage in self.schedule.begun(self.progress.stage):
-                load_stage(plan.folder, stage)
+                state.load_stage(plan.folder, stage)
         self._started = time.monotonic() - self.progress.seconds
         self._saved = time.monotonic()
         self._is_on_disk = resume
@@ -114,7 +92,7 @@ class _Run:
     def train(self) -> None:
         self._check_room()
         names = self.schedule.names
-        with interruption() as self.interrupted:
+        with state.interruption() as self.interrupted:
             for name in names[names.index(self.progress.stage) :]:
                 if name != self.progress.stage:
                     self.progress.enter(name)
@@ -124,21 +102,18 @@ class _Run:
             self.progress.stage = "done"
             self._checkpoint()
 
-    def _first_progress(self, resume: bool) -> Progress:
+    def _first_progress(self, resume: bool) -> state.Progress:
         plan = self.plan
         check_image_size(plan.size, plan.source.scene)
         stages = self.schedule.stages.values()
         plan.source.check(max(stage.stage.batch_size for stage in stages))
         if not resume:
-            check_new(plan.folder)
-            return Progress(self.schedule.names[0])
-        progress, recipe = load_progress(plan.folder)
+            state.check_new(plan.folder)
+            return state.Progress(self.schedule.names[0])
+        progress, recipe = state.load_progress(plan.folder)
         plan.check_recipe(recipe)
         if progress.stage == "done":
-            raise TrainingError(
-                f"{plan.folder}: the run is finished; train longer in another folder, "
-                "from this model."
-            )
+            raise TrainingError(f"{plan.folder}: the run is finished; {LONGER}")
         return progress
 
     def _train_stage(self, stage: Stage) -> None:
@@ -212,9 +187,9 @@ class _Run:
         ):
             yield encode_batch(samples, plan.source.scene, plan.size.opacity_size, plan.device)
 
-    def _stop_if(self, stage: Stage, trouble: Trouble | None) -> None:
+    def _stop_if(self, stage: Stage, trouble: monitor.Trouble | None) -> None:
         if trouble is not None:
-            saved = (self.plan.folder / STATE_FILE).exists()
+            saved = (self.plan.folder / state.STATE_FILE).exists()
             raise CollapseError(
                 f"{self.plan.folder}: the {stage.name} stage was stopped after "
                 f"{self.progress.samples:,} samples: {trouble.what}. "
@@ -226,9 +201,9 @@ class _Run:
         names = dict.fromkeys(name for losses in recent for name in losses)
         losses = {k: float(np.mean([r[k] for r in recent if k in r])) for k in names}
         sheet = self.plan.folder / "sheets" / f"{self.progress.samples:09d}.png"
-        with writing(self.plan.folder):
+        with state.writing(self.plan.folder):
             measured = self.probe.measure(self._generator(), sheet)
-            self.metrics = {name: measured[name] for name in MEASURES}
+            self.metrics = {name: measured[name] for name in monitor.MEASURES}
             self.log.write(self.progress, losses, measured)
         # Check the images that the stage trains.
         if self.progress.stage == "opacity":
@@ -241,8 +216,8 @@ class _Run:
         self.progress.seconds = time.monotonic() - self._started
         name = self.progress.stage
         begun = self.schedule.begun(name)
-        with writing(self.plan.folder):
-            save_state(self.plan.folder, self.progress, self.plan.recipe(), begun)
+        with state.writing(self.plan.folder):
+            state.save_state(self.plan.folder, self.progress, self.plan.recipe(), begun)
             if name not in ("opacity", "small") and begun[-1].steps:
                 save_model(self.plan.folder, self._card(), self._generator())
         self._is_on_disk = True
@@ -284,17 +259,9 @@ class _Run:
 
     def _report(self, losses: Losses, notice: str) -> None:
         spent = self.plan.budget.spent(self.progress.seconds, self.progress.samples)
-        self.on_report(
-            TrainingReport(
-                stage=self.progress.stage,
-                spent=min(spent, 1.0),
-                seconds=self.progress.seconds,
-                samples=self.progress.samples,
-                losses=losses,
-                metrics=self.metrics,
-                notice=notice,
-            )
-        )
+        stage, seconds, samples = self.progress.stage, self.progress.seconds, self.progress.samples
+        about = stage, min(spent, 1.0), seconds, samples
+        self.on_report(TrainingReport(*about, losses, self.metrics, notice))
 
 
 def _split_notice(stage: Stage) -> str:
@@ -314,9 +281,10 @@ def run_job(
     if job.resume:
         _check_resumption(job)
     elif not parallel.rank_to_be():
-        check_new(job.out)
+        state.check_new(job.out)
     with parallel.process_group(choose_device(job.device)) as device:
-        volume = _volume(job)
+        is_needed = job.store is None or job.volume.path is not None
+        volume = job.volume.read() if is_needed else None
         source = _source(job, volume, device.type)
         if volume is not None:
             # A stored data set has a range of its own.
@@ -327,23 +295,10 @@ def run_job(
         if start is not None:
             # A run goes on with what the model has.
             size = replace(size, opacity_modulation=start.card.size.opacity_modulation)
-        plan = TrainingPlan(
-            source=source,
-            preset=job.preset,
-            size=size,
-            options=job.options,
-            budget=job.budget,
-            folder=job.out,
-            device=device,
-            start=start,
-            precision=parallel.from_first(choose_precision(device, job.precision)),
-        )
+        precision = parallel.from_first(choose_precision(device, job.precision))
+        what = source, job.preset, size, job.options, job.budget, job.out, device
+        plan = TrainingPlan(*what, start=start, precision=precision)
         train(plan, job.resume, on_report)
-
-
-def _volume(job: TrainingJob) -> Volume | None:
-    """Return the job's volume; None if it is not needed."""
-    return job.volume.read() if job.store is None or job.volume.path is not None else None
 
 
 def _source(job: TrainingJob, volume: Volume | None, device: str) -> SampleSource:
@@ -365,7 +320,7 @@ def _source(job: TrainingJob, volume: Volume | None, device: str) -> SampleSourc
 
 def _check_resumption(job: TrainingJob) -> None:
     """Refuse with a better sentence what the run itself would refuse."""
-    progress, recipe = load_progress(job.out)
+    progress, recipe = state.load_progress(job.out)
     if job.store is None and "reuse" not in recipe:
         raise TrainingError(
             f"{job.out}: the run learns from a stored data set; name it.", dataset="STORE"
@@ -375,7 +330,5 @@ def _check_resumption(job: TrainingJob) -> None:
             f"{job.out}: the run renders its samples itself; leave the data set out."
         )
     if progress.stage == "done":
-        raise TrainingError(
-            f"{job.out}: the run is finished; train longer in another folder, from this model.",
-            start_from=str(job.out),
-        )
+        text = f"{job.out}: the run is finished; {LONGER}"
+        raise TrainingError(text, start_from=str(job.out))
