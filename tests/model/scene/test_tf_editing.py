@@ -120,6 +120,13 @@ def test_end_stops_cannot_be_removed_but_recoloured():
     assert recolored(200.0) == pytest.approx([0.1, 0.2, 0.3])
 
 
+@given(anywhere)
+def test_modes_that_move_together_stop_together(shift):
+    moved = edits.move_opacity_handles(MODES, (0, 1), shift, 0.0)
+    assert moved.modes[0].mean == pytest.approx(130 + np.clip(shift, -30, 30))
+    assert moved.modes[1].mean - moved.modes[0].mean == pytest.approx(40)
+
+
 @given(st.floats(-60, 60))
 def test_a_stop_follows_its_mode_past_other_stops(shift):
     stops = ((100.0, 0, 0, 0), (130.0, 1, 0, 0), (150.0, 0, 1, 0), (200.0, 1, 1, 1))
