@@ -24,7 +24,6 @@ from model.paper.edits import (
     with_mode,
 )
 from model.paper.exploration import DETAIL_SHARE, WHOLE_SHARE, detail, overview
-from model.paper.pictures import approach
 from model.paper.subject import Subject
 from model.paper.tables import PAPER_TABLE_1, holdout_errors, table_1
 from model.rendering.raycast.renderer import RaycastRenderer
@@ -159,21 +158,6 @@ def test_two_scales_of_one_map(subject, map_, inputs):
     # From the other side, and nearer.
     assert finer.inputs.view.azimuth - inputs.view.azimuth == 180
     assert finer.inputs.view.distance <= inputs.view.distance
-
-
-def test_the_approach_counts_the_networks_that_the_reference_has(subject, inputs):
-    found = approach(subject, inputs)
-    assert [name for name, _ in found.networks] == [
-        "opacity generator", "opacity discriminator",
-        "translation generator", "translation discriminator",
-    ]  # fmt: skip
-    network = subject.generator.network
-    whole = sum(p.numel() for p in network.parameters())
-    assert found.networks[0][1] + found.networks[2][1] == whole
-    for index, sample in enumerate(found.training):
-        expected = draw_sample(subject.generator.scene, subject.seed, "train", index)
-        assert sample.inputs == expected
-        np.testing.assert_array_equal(sample.image, subject.truth(expected))
 
 
 def test_hold_out_errors_are_means_over_samples(subject):

@@ -8,7 +8,6 @@ from model.scene.crop import CropBox
 from model.scene.hints import narrow_part, nothing_visible, why_nothing
 from model.scene.inputs import SceneInputs
 from model.scene.ranges import opacity_over
-from model.scene.tf_presets import presets
 from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF
 from model.scene.view import View
 
@@ -87,14 +86,6 @@ def test_the_sentence_names_both_and_the_remedy_has_enough_digits():
 )
 def test_what_is_drawn_about_as_it_is(opacity):
     assert narrow_part(opacity) is None
-
-
-@pytest.mark.parametrize("units", ["", "HU"])
-def test_presets_are_wide_enough(units):
-    values = np.random.default_rng(0).normal(0, 400, 40_000).clip(-1024, 3071)
-    counts, edges = np.histogram(values, 256)
-    for preset in presets((-1024.0, 3071.0), counts, edges, units):
-        assert narrow_part(preset.tf.opacity, preset.tf.color) is None, preset.name
 
 
 def test_a_narrow_colour_counts_where_it_is_seen():

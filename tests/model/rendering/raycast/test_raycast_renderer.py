@@ -194,19 +194,6 @@ def test_images_are_nearly_those_of_a_float64_ray_caster_that_reads_at_each_samp
         assert abs(found - truth).mean() < 0.008
 
 
-def test_depth_and_skipping_agree_with_the_image():
-    volume = Volume(waves())
-    renderer = RaycastRenderer(volume, threads=1, sample_distance=0.1)
-    inputs = SceneInputs(NEARER[0], SHEETS, THREE)
-    rgba, depth = renderer.frame(inputs, 24)
-    np.testing.assert_array_equal(rgba, renderer.render(inputs, 24))
-    _, usual = RaycastRenderer(volume, threads=1).frame(inputs, 24)
-    seen = np.isfinite(depth) & np.isfinite(usual)
-    assert abs(depth[seen] - usual[seen]).max() < 0.6
-    renderer.skip_empty = renderer.terminate_early = False
-    np.testing.assert_allclose(renderer.render(inputs, 24), rgba, atol=1 / 510)
-
-
 @pytest.mark.parametrize("lighting", ["none", "direct", "soft"])
 def test_rings_go_under_all_lights(lighting):
     volume = Volume(waves((42, 52, 36)))
