@@ -72,7 +72,7 @@ class BrowserBar(QWidget):
         self.stop = QPushButton("Stop")
         self.stop.setToolTip("Stop the computation of the map (Escape)")
         self.stop.setFocusPolicy(Qt.FocusPolicy.TabFocus)
-        self.more = IconButton("more", "Codec")
+        self.more = IconButton("more", "Codec")  # shown where a model fits the volume
         menu = QMenu(self.more)
         show_tips(menu)
         self.more.setMenu(menu)
@@ -98,10 +98,6 @@ class BrowserBar(QWidget):
         if event.type() == QEvent.Type.PaletteChange:
             self._eye.setIcon(icon("eye"))
         super().changeEvent(event)
-
-    def set_model(self, fits: bool) -> None:
-        """Offer the codec of a model, if one fits the volume."""
-        self.more.setVisible(fits)
 
     def _show_choices(self) -> None:
         choices = self._latent.choices
@@ -210,7 +206,7 @@ class LatentBrowser(QWidget):
         super().__init__()
         self._state, self._pictures = state, pictures
         self._session, self._latent = pictures.session, pictures.state
-        self._units = ""
+        self.units = ""  # of the scalar values; may be empty
         self._brushes: list[Brush] = []  # rectangles that the grid's wheel returns to
         self._brightness = reference.brightness
         self.map = MapView(self._latent, self._session)
@@ -222,10 +218,6 @@ class LatentBrowser(QWidget):
             part.setParent(self)
         self.map.hide()
         self._connect()
-
-    def set_units(self, units: str) -> None:
-        """Set the unit of the scalar values; may be empty."""
-        self._units = units
 
     def escape(self) -> bool:
         """End the map's computation, or else the browsing; False without any."""
@@ -295,7 +287,7 @@ class LatentBrowser(QWidget):
             (pictures.hoverDrawn, self.preview.show_hover),
             (pictures.hoverMoved, self.preview.show_tf),
             (pictures.problem, self.problem),
-            (pictures.grid_at_work.changed, self._show_pictures_due),
+            (pictures.grid_at_work.changed, lambda part: setattr(self.grid, "progress", part)),
             (self._state.inputsChanged, self._state.calm.soon(self._mark_stale)),
             (self.map.chosen, self._choose_place),
             (self.grid.chosen, self._choose_cell),
@@ -350,7 +342,7 @@ class LatentBrowser(QWidget):
 
     def _color(self, _overview: object = None) -> None:
         if self._session.map is not None and self._latent.choices.shown:
-            self.map.show_shades(shades_of(self._session, self._units))
+            self.map.show_shades(shades_of(self._session, self.units))
 
     def _choose_place(self) -> None:
         place = self._latent.hover
@@ -376,9 +368,6 @@ class LatentBrowser(QWidget):
     def _show_grid(self, picture: GridPicture | None) -> None:
         self.grid.show_grid(picture)
         self._mark_stale()
-
-    def _show_pictures_due(self, progress: float | None) -> None:
-        self.grid.progress = progress
 
     def _mark_stale(self) -> None:
         grid = self._pictures.grid

@@ -19,7 +19,7 @@ from app.engines.requests import BatchRequest
 from app.number_box import short
 from app.sensitivity_view.findings import change_text
 from app.sensitivity_view.response_layer import ResponseLayer
-from app.state.edits import Brightness
+from app.state.edits import Brightness, Lit
 from app.state.sensitivity_asker import BAND_REST_MS, SensitivityAsker, Source
 from app.tf_editor.unit_axis import WIDTHS
 from model.rendering.brightness import brighten
@@ -172,13 +172,14 @@ class WhatIfQuestion(QObject):
             return
         source, (outline, edit), predicted = asker.source(name), self._edited, None
         field = asker.fields.get(source)
-        if self._brightness.of("exact") == 1 and field and field.is_of(asker.state.inputs):
+        lit: Lit = "b" if name == "exact" and asker.state.tf_input.pane == "B" else name
+        if self._brightness.of(lit) == 1 and field and field.is_of(asker.state.inputs):
             of = field.request
             if np.array_equal(edit_over(of.values, asker.state.scalar_range, of.width), edit):
                 predicted = predicted_rmse(field.value, edit, asker.asked.choices.height, outline)
         # As they are shown: the brightness decides which parts fade, and so count.
         colors = np.clip(result.value[..., :3], 0, 1)
-        brighten(colors, self._brightness.of(name))
+        brighten(colors, self._brightness.of(lit))
         found = compare(colors[0], colors[1], outline.mask(colors.shape[1:3]), predicted)
         answer = self._answers[source] = Trial(found, source)
         if self.is_on:

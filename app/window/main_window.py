@@ -293,7 +293,7 @@ class MainWindow(WindowParts):
         self.panes.set_model(model.is_open and not model.awaits_path)
         self.generator.set_drawer(model.title, model.who, model.errors)
         self.brightness.set_lighting("learned", self.workspace.model.lighting)
-        self.browser.bar.set_model(self.workspace.latent.model is not None)
+        self.browser.bar.more.setVisible(self.workspace.latent.model is not None)
         self.image_error.forget(self.generator)
 
     def _note_reading(self, name: str) -> None:
@@ -316,7 +316,7 @@ class MainWindow(WindowParts):
         self.setWindowTitle(f"{volume.name} ({shape}) – tfscope")
         self.top_bar.volume.set_title(volume.name)
         self.top_bar.volume.set_detail(shape)
-        self.browser.set_units(volume.units)
+        self.browser.units = volume.units
         self.overlays.start_volume(Subject(volume.units, Scale.of(volume, opened.shown)))
         self.tools.setEnabled(True)
         self.status.start_volume()

@@ -68,7 +68,10 @@ class SmallPictures(QObject):
             return
         # They need not be drawn a second time.
         self._reference.cancel()
-        brightness = self._context.state.brightness.of("exact")
+        state = self._context.state
+        # The analyst draws in the light of the image that is edited.
+        is_of_b = channel is self._analyst and state.tf_input.pane == "B"
+        brightness = state.brightness.of("b" if is_of_b else "exact")
         self._show([to_qimage(np.asarray(image), brightness) for image in result.value])
         if self._traced and channel is self._analyst:
             self._traced, self._is_tracing = False, True
