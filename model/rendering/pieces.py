@@ -35,8 +35,10 @@ class Piece:
 
     def left(self, mask: Mask | None, alone: bool) -> Mask | None:
         """Return the mask that shows of what a mask shows the piece alone, or all but the piece."""
-        shown = self.voxels.shown if alone else ~self.voxels.shown
-        return Mask.of(shown if mask is None else shown & mask.shown)
+        bits = np.frombuffer(self.voxels.bits, np.uint8)
+        bits = bits if alone else ~bits
+        bits = bits if mask is None else bits & np.frombuffer(mask.bits, np.uint8)
+        return Mask.of_packed(self.voxels.shape, bits)
 
 
 def pieces_under(volume: Volume, inputs: SceneInputs, at: tuple[float, float]) -> tuple[Piece, ...]:

@@ -25,12 +25,19 @@ class Mask:
 
         Raises :class:`TfscopeError` where none is.
         """
-        if shown.all():
-            return None
-        if not shown.any():
-            raise TfscopeError("Nothing would be left to show, so the image stays as it is.")
         nz, ny, nx = shown.shape
-        return cls((nz, ny, nx), np.packbits(shown).tobytes())
+        return cls.of_packed((nz, ny, nx), np.packbits(shown))
+
+    @classmethod
+    def of_packed(cls, shape: tuple[int, int, int], bits: NDArray[np.uint8]) -> Mask | None:
+        """Return the mask of packed bits, as :meth:`of` does; those after the last do not count."""
+        unused = 8 * len(bits) - math.prod(shape)
+        last = bits[-1] >> unused << unused
+        if last == 255 >> unused << unused and (bits[:-1] == 255).all():
+            return None
+        if not (last or bits[:-1].any()):
+            raise TfscopeError("Nothing would be left to show, so the image stays as it is.")
+        return cls(shape, bits[:-1].tobytes() + last.tobytes())
 
     @property
     def shown(self) -> NDArray[np.bool_]:

@@ -39,9 +39,8 @@ OUTLINE = 32  # tangents around an outline whose area is measured
 def home_angles(offsets: NDArray[np.float64], up: str, front: str = "") -> tuple[float, float]:
     """Azimuth and elevation of the usual view, or of a neighbour that shows much more.
 
-    The offsets (n, 3) lie around what is shown, in lengths along x, y and z; for the axes see
-    :func:`upright_frame`, an empty front is unknown. A slab that lies is seen from further above.
-    What is compared is the area within the outline of what is shown, without perspective.
+    The offsets (n, 3) lie around what is shown, in lengths along x, y and z. A slab that lies is
+    seen from further above. Compared is the area within the outline, without perspective.
     """
     turned = offsets @ upright_frame(up, front).T
     azimuths = FACING if front else AROUND
@@ -135,9 +134,8 @@ def fit_distance(
 ) -> float:
     """Smallest distance, in a view's units, at which places of the volume lie inside the image.
 
-    Of the view, or its basis (3, 3), only the axes matter: it is aimed at the volume's centre. The
-    points (n, 3), by default the volume's corners, are fractions of its lengths along x, y and z;
-    the image's reach (:data:`model.scene.region.Reach`) is by default a square one's.
+    Of the view, or its basis (3, 3), only the axes matter. The points (n, 3) are fractions of the
+    volume's lengths along x, y and z.
     """
     basis = view.basis() if isinstance(view, View) else view
     right, up, back = basis @ _in_radii(points, proportions).T
@@ -160,11 +158,9 @@ def home_view(
 ) -> View:
     """Initial view of a volume: upright, with what is shown as high as the image allows.
 
-    It fills :data:`FILLED` of the image's height, or the width up to :data:`MARGIN`. In an image of
-    all shapes but a square, it is in the middle; the square is what models draw, whose pictures are
-    not panned. The points (n, 3) lie around what is shown, by default all of the volume. For the
-    axes see :func:`upright_frame`; azimuth and elevation are by default those of
-    :func:`home_angles`.
+    It fills :data:`FILLED` of the image's height, or the width up to :data:`MARGIN`. It is in the
+    image's middle unless that is a square: models, which draw these, have no panned views. The
+    points (n, 3) lie around what is shown; the angles are by default those of :func:`home_angles`.
     """
     angles = angles or home_angles(_in_radii(points, proportions), up, front)
     view = view_in(up, *angles, front=front)

@@ -22,11 +22,9 @@ ROOM = 1.0  # how far a narrowed range may reach beyond the voxels without tails
 
 
 def percentile_range(volume: Volume, low: float, high: float) -> Range:
-    """Return the values below which `low` and `high` per cent of the voxels lie.
+    """Return the values below which `low` and `high` per cent of all measured voxels lie.
 
-    All voxels count but the missing ones, also those beyond the scalar range; 0 and 100 are the
-    smallest and the largest. Raises :class:`VolumeError` when the percentages are out of order, or
-    the two values are the same.
+    Raises :class:`VolumeError` when the percentages are out of order, or the values are the same.
     """
     if not 0 <= low < high <= 100:
         raise VolumeError(
@@ -49,13 +47,11 @@ def percentile_range(volume: Volume, low: float, high: float) -> Range:
 def robust_range(volume: Volume) -> Range:
     """Return the range of the voxels without a few outliers, a long thin tail, or a fill value.
 
-    It is that of all voxels but missing ones wherever these, but for a thousandth at either end,
-    take an eighth of it. Otherwise an end that lies farther out than the width of their range is
-    moved in, to the outermost voxel within that distance: thin tails stay where there is room.
-
-    The most frequent value, mostly air or a fill value, does not count: there may be few others.
-    The range holds it unless the others would fill less than an eighth of the range. Then an eighth
-    of their width is left free on its side. For labels see :func:`label_range`.
+    Where all but a thousandth at either end take an eighth of the whole range, that is it.
+    Otherwise an end that lies farther out than the width of their range is moved in, to the
+    outermost voxel within that distance. The most frequent value, mostly air or a fill value, does
+    not count: the range holds it unless the others would fill less than an eighth of it. Then an
+    eighth of their width is left free on its side. For labels see :func:`label_range`.
     """
     if volume.file.is_labels and volume.scale == "linear":
         return label_range(volume)
@@ -89,11 +85,9 @@ def robust_range(volume: Volume) -> Range:
 def _without_tails(values: NDArray[np.generic], counts: NDArray[np.int64]) -> Range:
     """Range of the values without a thousandth of their number, and at least one, at each end."""
     share = max(TAIL, 1.5 / counts.sum())
-    return (
-        _quantiles(values, counts, share, 1 - share)
-        if share < 0.5
-        else (float(values[0]), float(values[-1]))
-    )
+    if share >= 0.5:
+        return float(values[0]), float(values[-1])
+    return _quantiles(values, counts, share, 1 - share)
 
 
 def _quantiles(
@@ -128,13 +122,11 @@ def fit_to_volume(transfer_function: TransferFunction, volume: Volume) -> Transf
     """Convert a TF made for any volume to the one that shows it in another volume.
 
     Its range and scale are those to show the volume over; the volume is given over the range that
-    it has without this TF. Where the TF's values fit the volume, it keeps them with its scale, and
-    shows the same tissue as where it was made: if its range has 1/64 of itself in common with a
-    range of the volume, and that is 1/1024 of these, or 8 steps of whole numbers. One over far
-    more, such as all values of 16 bits, is cut to the scalar range if it says something there. Any
-    other, such as one over [0, 1] in a CT, is stretched to that range, as a relative TF is.
-
-    Raises :class:`VolumeError` for a TF over logarithms, which the volume's values do not have.
+    it has without this TF. Where the TF's values fit the volume, see :func:`_overlap`, it keeps
+    them with its scale, and shows the same tissue as where it was made. One over far more, such as
+    all values of 16 bits, is cut to the scalar range if it says something there. Any other, such as
+    one over [0, 1] in a CT, is stretched to that range, as a relative TF is. Raises
+    :class:`VolumeError` for a TF over logarithms, which the volume's values do not have.
     """
     if transfer_function.is_relative:
         return stretch_to_range(transfer_function.on_scale(volume.scale), volume.scalar_range)
@@ -242,11 +234,7 @@ def stretch_to_range(transfer_function: TransferFunction, scalar_range: Range) -
 
 @dataclass(frozen=True)
 class RangeChoice:
-    """Scalar range over which to look at a volume, in its units, or per cent of its voxels, 0 to
-    100.
-
-    Raises :class:`TfscopeError` for numbers that do not increase, or percentages beyond 0 to 100.
-    """
+    """Scalar range over which to look at a volume; others are a :class:`TfscopeError`."""
 
     low: float  # in the data's own units, or per cent of the voxels, 0 to 100; low < high
     high: float
@@ -279,11 +267,7 @@ class RangeChoice:
         return cls(low, high, are_percentiles)
 
     def of(self, volume: Volume) -> Range:
-        """Return the range on a volume's scale.
-
-        Raises :class:`VolumeError` when the percentiles are the same value, or a value has no
-        logarithm that the volume's scale needs.
-        """
+        """Return the range on a volume's scale, or raise :class:`VolumeError` if it has none."""
         if self.are_percentiles:
             return percentile_range(volume, self.low, self.high)
         if volume.scale == "log" and self.low <= 0:

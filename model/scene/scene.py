@@ -245,9 +245,8 @@ def _on_scale(scalar_window: Range, volume: Volume) -> Range:
 def default_scalar_window(volume: Volume) -> Range:
     """Return the default scalar window: the range where opacity modes show structure.
 
-    The paper adjusts it by hand per volume. Here it excludes the top eighth of the
-    range, which has few voxels, and the bottom up to slightly above the most
-    frequent value (air, background), an eighth at least and a quarter at most.
+    The paper adjusts it by hand. Here it leaves out the top eighth of the range, and the bottom up
+    to slightly above the most frequent value, an eighth at least and a quarter at most.
     """
     lo, hi = volume.scalar_range
     counts, _ = volume.histogram(256)

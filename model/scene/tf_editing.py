@@ -220,12 +220,8 @@ def _rooms(
     rooms = []
     for i in moving:
         low, high = _room(values, i, fixed, scalar_range)
-        rooms.append(
-            (
-                -math.inf if i - 1 in moving else low - values[i],
-                math.inf if i + 1 in moving else high - values[i],
-            )
-        )
+        low = -math.inf if i - 1 in moving else low - values[i]
+        rooms.append((low, math.inf if i + 1 in moving else high - values[i]))
     return rooms
 
 
@@ -258,11 +254,7 @@ LEAST_AMPLITUDE = 0.004  # opacity below which no mode is fitted: one step of an
 
 
 def fitted_curve(opacity: OpacityTF) -> OpacityTF:
-    """Return a free curve of few points through the samples of one with many.
-
-    Points are added where the curve is farthest from the samples (Ramer, Douglas, Peucker, with
-    differences in opacity alone).
-    """
+    """Return a free curve of few points through one of many (Ramer, Douglas, Peucker)."""
     if len(opacity.points) < 3:
         return opacity
     values, heights = np.array(opacity.points).T
@@ -320,14 +312,9 @@ def fitted_modes(opacity: OpacityTF) -> OpacityTF:
         modes = better[better[:, 2] >= LEAST_AMPLITUDE / 2]
     lo, hi = opacity.scalar_range
     unit = (hi - lo) / (TF_SAMPLES - 1)
-    return replace(
-        opacity,
-        modes=tuple(
-            GaussianMode(lo + unit * mean, unit * width, amplitude)
-            for mean, width, amplitude in sorted(modes.tolist())
-        ),
-        points=(),
-    )
+    rows = sorted(modes.tolist())
+    found_modes = tuple(GaussianMode(lo + unit * m, unit * w, a) for m, w, a in rows)
+    return replace(opacity, modes=found_modes, points=())
 
 
 def _sum(modes: NDArray[np.float64], bins: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -59,11 +59,9 @@ def place_of(value: float, scale: ValueScale) -> float:
 def logarithms(
     voxels: NDArray[np.generic], missing: NDArray[np.bool_] | None
 ) -> NDArray[np.floating] | None:
-    """Decimal logarithms of voxels (nz, ny, nx), as floats; None where fewer than two values have
-    one.
+    """Decimal logarithms of voxels (nz, ny, nx); None where no measured voxel has one.
 
-    Voxels of zero or below, which have none, get that of the smallest positive voxel that is not
-    missing.
+    Voxels of zero or below get that of the smallest positive one that is not missing.
     """
     lowest = math.inf
     for measured in Distribution(voxels, missing).planes():

@@ -154,11 +154,9 @@ class Volume:
     def over(self, scalar_range: Range, scale: ValueScale | None = None) -> Volume:
         """Return the same volume over another scalar range, and on another scale on demand.
 
-        TFs then lie over that range, and values beyond it look as those at its ends do. It may
-        reach beyond the voxels' range; :attr:`data_range` gives back what the volume was at first.
-        The voxels are shared, and so is what was computed of them, such as the fingerprint. Raises
-        :class:`VolumeError` when the range is not increasing, not finite, or holds none of the
-        voxels' values.
+        TFs then lie over that range, and values beyond it look as those at its ends do. The voxels
+        are shared, and so is what was computed of them, such as the fingerprint. Raises
+        :class:`VolumeError` when the range does not increase or holds none of the voxels' values.
         """
         if scale is not None and scale != self.scale:
             return self.on_scale(scale).over(scalar_range)
@@ -210,10 +208,9 @@ class Volume:
             ) from None
 
     def drawing_missing(self, drawn: bool) -> Volume:
-        """Return the same volume with its missing voxels drawn, or not.
+        """Return the same volume with missing voxels drawn, as what is stored there, or not.
 
-        They are drawn as the numbers that are stored there; range, histogram and statistics
-        remain those of what was measured. What was computed of the voxels is shared.
+        Range, histogram and statistics remain those of what was measured.
         """
         volume = copy.copy(self)
         object.__setattr__(volume, "draws_missing", drawn)
@@ -296,11 +293,7 @@ class Volume:
 
     @property
     def voxel_size(self) -> float:
-        """Geometric mean of the spacing: the edge of a cube with a voxel's volume.
-
-        It is the unit of the sample distance and the reference length of a
-        transfer function's opacities.
-        """
+        """Geometric mean of the spacing: unit of sample distances, and of a TF's opacities."""
         return math.prod(self.spacing) ** (1 / 3)
 
     @cached_property
@@ -314,9 +307,8 @@ class Volume:
         """Count voxels per scalar value, over the scalar range, without those that are missing.
 
         There are so many equal bins over the range; fewer where the voxels are whole numbers, as
-        each bin then holds equally many of these. Beyond the range, to the smallest and largest
-        voxel, there may be up to so many on each side again, and wider ones. Returns counts (n,)
-        and edges (n + 1,), in the data's own units.
+        each then holds equally many. Beyond the range, there may be up to so many on each side.
+        Returns counts (n,) and edges (n + 1,), in the data's own units.
         """
         edges = self.distribution.edges(self.scalar_range, bins, beyond)
         return self.distribution.histogram(edges), edges

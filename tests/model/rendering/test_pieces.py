@@ -130,7 +130,16 @@ def test_a_mask_says_of_each_voxel_whether_it_is_shown():
     np.testing.assert_array_equal(mask.shown, shown)
     every = np.argwhere(np.ones((7, 5, 3), bool))
     np.testing.assert_array_equal(mask.shows(*every.T), shown[tuple(every.T[::-1])])
-    assert Mask.of(np.ones((2, 2, 2), bool)) is None
+    for shape in ((2, 2, 2), (3, 5, 7)):
+        assert Mask.of(np.ones(shape, bool)) is None
+        bits = np.full(-(-np.prod(shape) // 8), 255, np.uint8)
+        assert Mask.of_packed(shape, bits) is None
+        one = np.zeros(shape, bool)
+        one[-1, -1, -1] = True
+        rest = Mask.of_packed(shape, bits & ~np.packbits(one))
+        assert rest == Mask.of(~one)
+        with pytest.raises(TfscopeError, match="Nothing would be left"):
+            Mask.of(np.zeros(shape, bool))
 
 
 def test_hidden_are_what_is_missing_and_what_a_mask_hides():
