@@ -110,7 +110,10 @@ def render_to_file(asked: Render) -> None:
         if asked.is_array:
             image = drawer.draw(drawer.inputs.view)
             make_room_for(asked.out)
-            _write_array(asked.out, image)
+            what = f"{asked.out}: the image cannot be written"
+            # An open file, as numpy appends a suffix to names in capitals.
+            with os_errors_as(RenderError, what), writing(asked.out) as file:
+                np.save(file, image)
         elif asked.is_movie:
             _write_turntable(asked, drawer)
         else:
@@ -369,12 +372,6 @@ def _check_for_model(asked: Render) -> None:
         raise RenderError(options.MODEL_RANGE)
 
 
-def _write_array(out: Path, rgba: NDArray[np.float32]) -> None:
-    # An open file, as numpy appends a suffix to names in capitals.
-    with os_errors_as(RenderError, f"{out}: the image cannot be written"), writing(out) as file:
-        np.save(file, rgba)
-
-
 def _write_picture(asked: Render, drawer: Drawer) -> None:
     from app.figures.plots import save_image, software
 
@@ -395,7 +392,8 @@ def _write_turntable(asked: Render, drawer: Drawer) -> None:
     from app.window.figure import pixels_of
 
     count = max(round(asked.seconds * asked.rate), 2)
-    volume, shown = drawer.known_volume, _shown(drawer)
+    volume = drawer.known_volume
+    shown = _shown_points(volume, drawer.inputs.opacity_tf)
     middle = tuple((shown.min(axis=0) + shown.max(axis=0)) / 2)
     up = asked.up or volume.up or DEFAULT_UP
     views = turntable(drawer.inputs.view, count, up, volume.proportions, middle)
@@ -424,7 +422,10 @@ def _figure(asked: Render, drawer: Drawer, view: View) -> QImage:
     marks = asked.legend, asked.scale_bar
     choice = FigureChoice(raster.width, raster.height, asked.background, *marks)
     units = "" if drawer.volume is None else drawer.volume.units
-    scale = Scale.of(drawer.known_volume, _shown(drawer)) if asked.scale_bar else None
+    scale = None
+    if asked.scale_bar:
+        shown = _shown_points(drawer.known_volume, drawer.inputs.opacity_tf)
+        scale = Scale.of(drawer.known_volume, shown)
     images = {"reference": (rgba, _brightness(asked, drawer))}
     inputs = replace(drawer.inputs, view=view)
     return figure(choice, images, inputs, Subject(units, scale))
@@ -434,11 +435,7 @@ def _brightness(asked: Render, drawer: Drawer) -> float:
     return usual_brightness(drawer.lighting) if asked.brightness is None else asked.brightness
 
 
-def _shown(drawer: Drawer) -> NDArray[np.float64]:
-    """Places around what the TF shows, as fractions of the volume's lengths."""
-    return _shown_points(drawer.known_volume, drawer.inputs.opacity_tf)
-
-
 @lru_cache(maxsize=1)
 def _shown_points(volume: Volume, opacity: OpacityTF) -> NDArray[np.float64]:
+    """Places around what a TF shows, as fractions of the volume's lengths."""
     return ThinnedVolume.of(volume).shown_points(opacity)

@@ -143,7 +143,8 @@ class _Maker:
         if self._asked.models:
             return list(self._asked.models)
         # The pictures are of the first: of the most accurate.
-        folders = sorted(shipped_models(), key=_recorded_rmse)
+        errors = {folder: load_card(folder).metrics for folder in shipped_models()}
+        folders = sorted(errors, key=lambda each: errors[each].get("holdout", {}).get("rmse", inf))
         if not folders:
             raise CheckpointError(
                 "No model is shipped; train one with 'train', and give its folder by --model."
@@ -240,10 +241,6 @@ class _Maker:
         for note in table.notes:
             print(note)
         return paths
-
-
-def _recorded_rmse(folder: Path) -> float:
-    return float(load_card(folder).metrics.get("holdout", {}).get("rmse", inf))
 
 
 def _make_study(asked: Paper, item: Item) -> list[Path]:

@@ -48,12 +48,7 @@ _READERS = {suffix: reader for suffixes, _, reader in _KINDS for suffix in suffi
 SUFFIXES = (*_READERS, *dicom.SUFFIXES, ".raw")  # for file dialogs
 
 
-def read_volume(
-    path: Path,
-    *,
-    raw: RawLayout | None = None,
-    choice: Choice = LARGEST,
-) -> Volume:
+def read_volume(path: Path, *, raw: RawLayout | None = None, choice: Choice = LARGEST) -> Volume:
     """Read a volume from a file of any supported kind, or from a folder of DICOM or TIFF slices.
 
     Without a layout, a .raw file must have one in its name, such as

@@ -24,14 +24,7 @@ from model.volume_files.checks import (
     truncated,
     unsupported,
 )
-from model.volume_files.choice import (
-    LARGEST,
-    AskedKind,
-    Choice,
-    chosen,
-    chosen_index,
-    content,
-)
+from model.volume_files.choice import LARGEST, AskedKind, Choice, chosen, chosen_index, content
 from model.volume_files.conventions import (
     Axis,
     Coordinates,

@@ -13,13 +13,7 @@ import numpy as np
 from model.errors import VolumeError
 from model.scene.volume import Content
 from model.volume_files.checks import log_of, slices_in, truncated, unsupported
-from model.volume_files.choice import (
-    LARGEST,
-    AskedKind,
-    Choice,
-    chosen_index,
-    content,
-)
+from model.volume_files.choice import LARGEST, AskedKind, Choice, chosen_index, content
 from model.volume_files.dicom_tags import (
     DicomFile,
     Frame,

@@ -20,14 +20,7 @@ from model.volume_files.checks import (
     truncated,
     unsupported,
 )
-from model.volume_files.dicom_tags import (
-    PLAIN,
-    DicomFile,
-    Frame,
-    number_in,
-    numbers_of,
-    value_of,
-)
+from model.volume_files.dicom_tags import PLAIN, DicomFile, Frame, number_in, numbers_of, value_of
 from model.volume_files.grid import Grid, placed
 from model.volume_files.progress import counted
 

@@ -212,8 +212,8 @@ def _without_missing(
     """Find all voxels that are missing, and give them the smallest value of the others."""
     notes: tuple[str, ...] = ()
     declared = 0 if missing is None else int(np.count_nonzero(missing))
-    bad = _not_finite(scalars)
-    if bad is not None:
+    if scalars.dtype.kind == "f" and not all(np.isfinite(plane).all() for plane in scalars):
+        bad: NDArray[np.bool_] = ~np.isfinite(scalars)
         count = int(np.count_nonzero(bad))
         noun = "voxel is" if count == 1 else "voxels are"
         notes += (f"{count} NaN or infinite {noun} missing{_share(count, scalars.size)}.",)
@@ -283,11 +283,3 @@ def _filled(scalars: NDArray[np.generic], missing: NDArray[np.bool_]) -> NDArray
         scalars = scalars.copy()
     np.copyto(scalars, lowest, where=missing)
     return scalars
-
-
-def _not_finite(scalars: NDArray[np.generic]) -> NDArray[np.bool_] | None:
-    """Mark NaN and infinite voxels; None if there are none."""
-    if scalars.dtype.kind != "f" or all(np.isfinite(plane).all() for plane in scalars):
-        return None
-    bad: NDArray[np.bool_] = ~np.isfinite(scalars)
-    return bad

@@ -9,7 +9,6 @@ import json
 import math
 import re
 from collections import defaultdict
-from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from mmap import ACCESS_READ, mmap
@@ -22,14 +21,7 @@ from numpy.typing import NDArray
 
 from model.errors import VolumeError, first_line
 from model.volume_files.arrays import StoredArray, grid_of_arrays
-from model.volume_files.checks import (
-    damaged,
-    errors_of,
-    not_a,
-    number_of,
-    truncated,
-    unsupported,
-)
+from model.volume_files.checks import damaged, errors_of, not_a, number_of, truncated, unsupported
 from model.volume_files.choice import LARGEST, Choice
 from model.volume_files.conventions import attribute_number, attribute_numbers, attribute_text
 from model.volume_files.foreign import foreign_advice
@@ -353,13 +345,10 @@ def _big_data_viewer(path: Path, items: Items) -> list[StoredArray]:
             unit=unit,
         )
         if array.dtype == np.int16:
-            array = replace(array, dtype=np.dtype(np.uint16), read=partial(_unsigned, array.read))
+            read = partial(lambda read, index: read(index).view(np.uint16), array.read)
+            array = replace(array, dtype=np.dtype(np.uint16), read=read)
         found.append(array)
     return found
-
-
-def _unsigned(read: Callable[..., NDArray[Any]], index: Any) -> NDArray[Any]:
-    return read(index).view(np.uint16)
 
 
 def _setup_sizes(path: Path) -> dict[int, tuple[list[float], str]]:

@@ -83,6 +83,10 @@ def read_nifti(path: Path, choice: Choice = LARGEST) -> Grid:
     values = values if values.shape[3] > 1 else values[..., 0]
     if head.slope != 0 and np.isfinite([head.slope, head.intercept]).all():
         values = rescaled(values, head.slope, head.intercept)
+    labels: tuple[Label, ...] = ()
+    if head.is_labels:
+        start = unpacked_start(head.path, min(head.offset, LONGEST))
+        labels = workbench_labels(start) or snap_labels(path)
     steps = None if head.spacing is None else [abs(size) for size in head.spacing]
     grid = Grid(
         values,
@@ -93,15 +97,10 @@ def read_nifti(path: Path, choice: Choice = LARGEST) -> Grid:
             head.unit,
             contents=listed,
             is_labels=head.is_labels,
-            labels=_labels(path, head) if head.is_labels else (),
+            labels=labels,
         ),
     )
     return placed(grid, steps, head.directions, "RAS")
-
-
-def _labels(path: Path, head: _Head) -> tuple[Label, ...]:
-    start = unpacked_start(head.path, min(head.offset, LONGEST))
-    return workbench_labels(start) or snap_labels(path)
 
 
 def _plain_type(path: Path, dtype: np.dtype[Any]) -> tuple[int, np.dtype[np.generic]]:

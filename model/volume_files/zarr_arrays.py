@@ -189,7 +189,9 @@ def _check_chunks(place: Path, item: Any) -> None:
         if path.is_file() and path.name not in (*HEADS, ".zattrs", ".zmetadata"):
             size = path.stat().st_size
             present, count = present + size, count + 1
-            if is_blosc and _blosc_size(path) != size:
+            with path.open("rb") as file:
+                head = file.read(16)
+            if is_blosc and int.from_bytes(head[12:], "little") != size:
                 raise damaged(path, "it is not as long as its Blosc header says")
     if not count:
         raise damaged(place, "all of its chunks are missing")
@@ -197,8 +199,3 @@ def _check_chunks(place: Path, item: Any) -> None:
     need = math.prod(item.shape) * np.dtype(item.dtype).itemsize
     if need > max(present * GREATEST_RATIO, MOST_UNWRITTEN):
         raise damaged(place, "its chunks are too few for its voxels")
-
-
-def _blosc_size(chunk: Path) -> int:
-    with chunk.open("rb") as file:
-        return int.from_bytes(file.read(16)[12:], "little")
