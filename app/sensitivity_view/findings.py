@@ -149,7 +149,7 @@ def edits_found(
     edits = [_edit(asker, number, interval) for number, interval in enumerate(peaks.intervals, 1)]
     if peaks.intervals:
         out = peaks.left_out
-        note = "" if out is None else f"not listed: background at {asker.state.value_text(out)}"
+        note = "" if out is None else f"background at {asker.state.value_text(out)} is not listed"
     elif is_fresh:
         # Or it only rises towards values that hardly any voxel has.
         flat = peaks.strongest is None

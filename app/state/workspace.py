@@ -175,6 +175,8 @@ class Workspace(QObject):
             self._clients.reference.free()
         if missed and self.opened is not None:
             self._scheduler.send()
+        if not reference:
+            self.model.begin()
 
     def stop(self) -> None:
         """Ask all threads to end; returns at once."""
@@ -386,6 +388,9 @@ class Workspace(QObject):
     def _follow_light(self) -> None:
         self.model.follow_light(self.reference.settings, self.reference.wanted)
         self._scheduler.generator_follows = self.model.draws_path
+        if not self._reference_comes_first():
+            # It may have gone out of sight while it was to come.
+            self.model.begin()
 
     def _restart_questions(self) -> None:
         if self.opened is not None:

@@ -258,6 +258,16 @@ def test_the_generators_image_alone_is_as_large_as_its_pane(qtbot, make_window, 
     qtbot.waitUntil(lambda: fills(window.reference.canvas))
 
 
+def test_a_model_waits_for_no_image_that_is_out_of_sight(qtbot, make_window):
+    window = make_window()
+    model, client = window.workspace.model, window.generator.client
+    # Held back for the reference's image, which is to come first, as at the start.
+    model.open(model.folder, model.scene, held=True)
+    assert client.text == generator_work.LOADING
+    window.panes.show_images("generator")
+    qtbot.waitUntil(lambda: client.is_settled and client.text == "")
+
+
 CHOICE = FigureChoice(48, 32, BLACK)
 
 
