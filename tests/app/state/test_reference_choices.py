@@ -74,18 +74,6 @@ def test_an_outlier_does_not_widen_what_is_looked_at_first():
     assert np.diff(opened.edges).min() < 5 / 250
 
 
-def test_another_range_changes_what_follows_from_it_alone():
-    volume = Volume(np.arange(8000, dtype=np.int16).reshape(20, 20, 20))
-    opened = OpenedVolume.of(PLACE, volume)
-    assert opened.volume.scalar_range == (0, 7999)
-    other = opened.over((100.0, 355.0))
-    assert other.volume.scalar_range == other.default.scalar_range == (100, 355)
-    assert 100 <= other.window[0] < other.window[1] <= 355
-    assert (other.fingerprint, other.path) == (opened.fingerprint, PLACE)
-    assert other.counts.sum() == volume.voxels.size
-    assert set(other.counts[(other.edges[:-1] > 100) & (other.edges[1:] < 355)]) == {1}
-
-
 WHOLE = Raster(64, 48)
 INPUTS = make_request(1).inputs
 
@@ -100,10 +88,7 @@ def result(level, quality=None, error=None, inputs=INPUTS, **changes):
     return Result(replace(make_request(1), quality=quality, inputs=inputs), image)
 
 
-LIVE = Quality(48, live=True, raster=WHOLE)
-
-
-COARSE = gray(0.4, Raster(32, 24))
+LIVE, COARSE = Quality(48, live=True, raster=WHOLE), gray(0.4, Raster(32, 24))
 
 
 def moving(level, error=None):
