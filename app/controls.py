@@ -246,11 +246,12 @@ def label(text: str, role: Literal["title", "dim"]) -> QLabel:
 
 
 class Card(QFrame):
-    """A card over the images: what happens on it is not theirs."""
+    """A card over the images, or a tag in the plot: what happens on it is not theirs."""
 
-    def __init__(self, parent: QWidget | None = None) -> None:
+    def __init__(self, parent: QWidget | None = None, role: str = "card") -> None:
         super().__init__(parent)
-        self.setProperty("role", "card")
+        self.setProperty("role", role)
+        self.setAttribute(Qt.WidgetAttribute.WA_NoMousePropagation, role == "tag")
         self.setCursor(Qt.CursorShape.ArrowCursor)
 
 

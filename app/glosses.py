@@ -16,8 +16,6 @@ GLOSSARY = Path(__file__).parent.parent / "docs" / "glossary.md"
 
 WIDTH, MARGIN = 620, (60, 90)  # width of the text of pages, and the room around it, in pixels
 
-_PREFIX = "gloss:"
-
 SENTENCES = {
     "Exact": "The exact derivative of the ray caster's image.",
     "Surrogate": (
@@ -38,7 +36,7 @@ def gloss(term: str, text: str = "") -> str:
     """Return a term as a link of rich text, shown as it is or as another text."""
     assert term in SENTENCES
     style = f"color: {theme.TEXT}; text-decoration: underline"
-    return f"<a href='{_PREFIX}{term}' style='{style}'>{text or term.lower()}</a>"
+    return f"<a href='{term}' style='{style}'>{text or term.lower()}</a>"
 
 
 def without_links(text: str) -> str:
@@ -49,7 +47,7 @@ def without_links(text: str) -> str:
 def explain(label: QLabel) -> None:
     """Have a label's terms say what they mean under the mouse, and open the glossary by a click."""
     label.linkHovered.connect(partial(_show_sentence, label))
-    label.linkActivated.connect(lambda link: open_glossary(label.window(), _term(link)))
+    label.linkActivated.connect(lambda term: open_glossary(label.window(), term))
 
 
 def open_glossary(parent: QWidget, term: str = "") -> QDialog:
@@ -85,14 +83,8 @@ def open_page(
     return page, dialog
 
 
-def _show_sentence(label: QLabel, link: str) -> None:
-    term = _term(link)
+def _show_sentence(label: QLabel, term: str) -> None:
     if term:
         QToolTip.showText(QCursor.pos(), f"{term}: {SENTENCES[term]}\nClick: glossary", label)
     else:
         QToolTip.hideText()
-
-
-def _term(link: str) -> str:
-    term = link.removeprefix(_PREFIX)
-    return term if term in SENTENCES else ""

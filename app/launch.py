@@ -41,11 +41,8 @@ def run_window(
     closed; 2 is returned if it shows an error. The device is the generator's.
     """
     if screenshot is None and not _display_is_there():
-        print(
-            "There is no display to open a window on; "
-            "give --screenshot OUT.png for a picture of the window instead.",
-            file=sys.stderr,
-        )
+        where = "give --screenshot OUT.png for a picture of the window instead."
+        print(f"There is no display to open a window on; {where}", file=sys.stderr)
         return 2
     if screenshot is not None:
         os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
@@ -144,11 +141,8 @@ def _application() -> QApplication:
     application.setWindowIcon(QIcon(str(ICON)))
     apply_theme(application)
     if not QFontDatabase.families():
-        print(
-            "No fonts are installed, so the window has no text; "
-            "on Debian or Ubuntu: apt-get install fonts-dejavu-core",
-            file=sys.stderr,
-        )
+        remedy = "on Debian or Ubuntu: apt-get install fonts-dejavu-core"
+        print(f"No fonts are installed, so the window has no text; {remedy}", file=sys.stderr)
     return application
 
 

@@ -100,7 +100,9 @@ def apply_theme(application: QApplication, wanted: ThemeChoice = "system") -> No
     font.setPixelSize(TEXT_PIXELS)
     application.setFont(font)
     application.setPalette(palette_of(colors))
-    application.setStyleSheet(_style_sheet(colors))
+    names = asdict(colors) | {f"image_{role}": ink for role, ink in asdict(ON_IMAGE).items()}
+    sheet = Template(STYLE.read_text("utf-8")).substitute(names, small=SMALL_PIXELS)
+    application.setStyleSheet(sheet)
 
 
 def palette_of(colors: Colors) -> QPalette:
@@ -121,9 +123,3 @@ def palette_of(colors: Colors) -> QPalette:
     for each in (role.WindowText, role.Text, role.ButtonText):
         palette.setColor(QPalette.ColorGroup.Disabled, each, QColor(colors.disabled))
     return palette
-
-
-def _style_sheet(colors: Colors) -> str:
-    """Return the style sheet with a theme's colours in the places of their names."""
-    names = asdict(colors) | {f"image_{role}": ink for role, ink in asdict(ON_IMAGE).items()}
-    return Template(STYLE.read_text("utf-8")).substitute(names, small=SMALL_PIXELS)

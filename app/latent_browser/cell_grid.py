@@ -76,7 +76,7 @@ class CellGrid(KeyedWidget):
             for cell, image in self._picture.images.items():
                 brightness = self._brightness.of(source)
                 if cell in exposures:
-                    brightness = self._brightness.usual(source) * exposures[cell]
+                    brightness = self._brightness.usual[source] * exposures[cell]
                 self.images[cell] = to_qimage(image, brightness)
         self.update()
 

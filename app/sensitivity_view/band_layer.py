@@ -8,10 +8,10 @@ from typing import cast
 import pyqtgraph as pg
 from PySide6.QtCore import QEvent, QObject, QPointF, Qt
 from PySide6.QtGui import QColor, QMouseEvent, QWheelEvent
-from PySide6.QtWidgets import QFrame, QGraphicsRectItem, QHBoxLayout, QLabel
+from PySide6.QtWidgets import QGraphicsRectItem, QHBoxLayout, QLabel
 
 from app import theme
-from app.controls import fill
+from app.controls import Card, fill
 from app.icons import IconButton
 from app.placing import freest
 from app.sensitivity_view.findings_panel import AddButton
@@ -109,15 +109,11 @@ def _asks_effect(event: QMouseEvent) -> bool:
 TAG_HEIGHT, KEPT_HEIGHT = 20, 26  # heights of the tag: without its buttons, and with them
 
 
-class BandTag(QFrame):
+class BandTag(Card):
     """Says what a band shows; once it is kept, it has buttons to add a mode and to let it go."""
 
     def __init__(self, area: PlotArea, add: Callable[[bool], object]) -> None:
-        super().__init__(area.widget.viewport())
-        self.setProperty("role", "tag")
-        # Between its buttons, the mouse is not the plot's.
-        self.setCursor(Qt.CursorShape.ArrowCursor)
-        self.setAttribute(Qt.WidgetAttribute.WA_NoMousePropagation)
+        super().__init__(area.widget.viewport(), "tag")
         self.text = QLabel()
         self.add = AddButton("the kept values", add)
         self.release = IconButton("close", "Release these values", "Esc")

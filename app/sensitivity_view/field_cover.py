@@ -181,7 +181,6 @@ class FieldCover(QObject):
         self._images: dict[SceneInputs, tuple[float, NDArray[np.float32]]] = {}
         self.scale = FLOOR  # value at the end of the colour bar
         self._caption = ""
-        self._hint = ""
         self._what_if: Trial | None = None
         self._shown_as: Shown | None = None
         self.bar = ColorBar(pane.canvas, asker.asked)
@@ -192,11 +191,6 @@ class FieldCover(QObject):
     def caption(self) -> str:
         """Meaning of the colours, in a sentence; empty if no field is shown."""
         return self._caption if self._shown_as is not None else ""
-
-    def set_hint(self, hint: str) -> None:
-        """Mark learned fields while inputs are outside what the model was trained on."""
-        self._hint = hint
-        self.refresh()
 
     def image_of(self, inputs: SceneInputs) -> NDArray[np.float32] | None:
         """Return the pane's image (H, W, 3) of some inputs; None if it is not there yet."""
@@ -308,7 +302,7 @@ class FieldCover(QObject):
     def _described(self, answer: Answer[Any]) -> str:
         end = " (brighter)" if self._asked.choices.measure == "signed" else ""
         text = f"{short(self.scale)}{end}: slope per +.01 opacity, {answer.source}"
-        if answer.source == "learned" and self._hint:
+        if answer.source == "learned" and self._asker.hint:
             text += ", outside what it was trained on"
         return text
 

@@ -12,6 +12,7 @@ from app.glosses import gloss
 from app.number_box import short
 from app.state.sensitivity_asker import RegionAnswer, SensitivityAsker, VisibilityAnswer, displayed
 from app.state.workspace import Workspace
+from model.networks.card import recorded_agreement
 from model.scene.region import ImageRegion
 from model.scene.transfer_function import TF_SAMPLES
 from model.sensitivity.display import FLOOR, SMALL_EDIT, Agreement
@@ -182,9 +183,10 @@ def change_text(change: float) -> str:
     return "< .001" if size < LEAST_SAID else short(round(size, 3))
 
 
-def source_text(workspace: Workspace, hint: str) -> str:
+def source_text(workspace: Workspace) -> str:
     """Name the engines behind what is shown with their curves' colours, and how far they agree."""
     asker, choices = workspace.sensitivity, workspace.sensitivity.asked.choices
+    hint = asker.hint
     if not choices.shown:
         return ""
     if asker.problem:
@@ -201,7 +203,8 @@ def source_text(workspace: Workspace, hint: str) -> str:
         if agreement is not None:
             parts.append(_agreement_text(agreement, hint))
         elif exact not in asker.regions and not hint:
-            recorded = workspace.model.recorded_agreement
+            folder = workspace.model.folder
+            recorded = None if folder is None else recorded_agreement(folder)
             parts.append(
                 "agreement not measured"
                 if recorded is None

@@ -170,7 +170,7 @@ class SourceLabel(QLabel):
 
     def __init__(self, workspace: Workspace) -> None:
         super().__init__()
-        self._workspace, self._hint = workspace, ""
+        self._workspace = workspace
         self.setProperty("role", "dim")
         self.setTextFormat(Qt.TextFormat.RichText)
         self.setWordWrap(True)
@@ -186,14 +186,9 @@ class SourceLabel(QLabel):
         """Text of the line as it is read."""
         return without_links(self.text())
 
-    def set_hint(self, hint: str) -> None:
-        """Say whether inputs are outside what the model was trained on."""
-        self._hint = hint
-        self.refresh()
-
     def refresh(self) -> None:
         """Name the present sources."""
-        text = source_text(self._workspace, self._hint)
+        text = source_text(self._workspace)
         if text != self.text():
             self.setText(text)
 
@@ -213,8 +208,7 @@ class FindingsPanel(QFrame):
         super().__init__()
         self._asker, self._layer, self._actions, self._what_if = asker, layer, actions, what_if
         self._fitted = fitted  # called after it has opened or closed
-        self._wanted: bool | None = None
-        """Whether the user wants it open; None for where there is room."""
+        self._wanted: bool | None = None  # open, by the user; None for where there is room
         self._has_room = self._is_folded = self._is_low = self._holds = False
         self.values = Values()
         self.setProperty("role", "side")
@@ -359,14 +353,9 @@ class FindingsPanel(QFrame):
         )
         self._foot = fill(QHBoxLayout(), margins=(4, 6, 0, 0), spacing=8)
         self._foot.addWidget(self._said, 1)
-        fill(
-            QVBoxLayout(page),
-            *(self.values_heading, self.values_note, *self.value_rows),
-            self._edits_line,
-            *(*self.edit_rows, self.edits_note),
-            *(self._foot, 0),
-            margins=(8, 0, 8, 4),
-        )
+        rows: list[QWidget | QHBoxLayout] = [self.values_heading, self.values_note]
+        rows += [*self.value_rows, self._edits_line, *self.edit_rows, self.edits_note, self._foot]
+        fill(QVBoxLayout(page), *rows, 0, margins=(8, 0, 8, 4))
         scroll = QScrollArea()
         scroll.setProperty("role", "side")
         scroll.setWidgetResizable(True)

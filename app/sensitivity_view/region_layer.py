@@ -8,10 +8,10 @@ from typing import cast
 
 from PySide6.QtCore import QEvent, QObject, QPointF, QRect, QRectF, Qt
 from PySide6.QtGui import QColor, QCursor, QMouseEvent, QPainter, QPen, QPolygonF
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QWidget
 
 from app import theme
-from app.controls import fill
+from app.controls import Card, fill
 from app.icons import IconButton
 from app.image_view.gestures import CLICK_REACH
 from app.image_view.image_canvas import ImageCanvas
@@ -325,7 +325,7 @@ PIECE_TIP = (
 EDGE = 4  # least distance from the canvas's edges, in pixels
 
 
-class PlaceLabel(QFrame):
+class PlaceLabel(Card):
     """Names the values at the place that was clicked in this canvas; it moves nothing else."""
 
     def __init__(
@@ -338,8 +338,6 @@ class PlaceLabel(QFrame):
         super().__init__(canvas)
         self._canvas, self._asker, self._finder = canvas, asker, finder
         self.is_here = False  # whether it was this canvas that was clicked
-        self.setProperty("role", "card")
-        self.setCursor(Qt.CursorShape.ArrowCursor)
         self.setAttribute(Qt.WidgetAttribute.WA_NoMousePropagation)
         self.text = QLabel()
         by = Qt.TextInteractionFlag

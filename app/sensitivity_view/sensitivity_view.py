@@ -126,6 +126,7 @@ class SensitivityView(QObject):
             # What it was asked of, and where it is shown.
             "inputs": (visible.mark_stale, responses.mark_stale),
             "rest": (findings.refresh,),
+            "hint": (*covers, self._show_source),
             "axis": (visible.place_labels, responses.fit, band.refresh),
             "colors": (
                 visible.recolor, responses.recolor, band.refresh, chips.refresh, self._show_source,
@@ -144,7 +145,7 @@ class SensitivityView(QObject):
             changed.connect(partial(self._refresh, "axis"))
         area.recolored.connect(partial(self._refresh, "colors"))
         self._editor.resized.connect(self._fold)
-        self._workspace.hintChanged.connect(self._take_hint)
+        self._workspace.hintChanged.connect(lambda _hint: self._refresh("hint"))
         self._workspace.modelChanged.connect(self._show_source)
         preparation = self._workspace.reference.preparation
         preparation.progressed.connect(lambda *_groups: self._refresh("pick"))
@@ -174,12 +175,6 @@ class SensitivityView(QObject):
         if not self._state.tf_input.compares:
             self.exact_b.check_stop()
         self._refresh("field")
-
-    def _take_hint(self, hint: str) -> None:
-        for cover in self.covers:
-            cover.set_hint(hint)
-        self.source.set_hint(hint)
-        self.chips.say_source(self.source.said)
 
     def _show_source(self) -> None:
         self.source.refresh()

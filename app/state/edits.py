@@ -224,16 +224,12 @@ class Brightness(EditedInput[float | None]):
 
     def __init__(self, history: EditHistory, parent: QObject) -> None:
         super().__init__(None, "brightness", history, parent)
-        self._usual: dict[Lit, float] = {"exact": 1.0, "learned": 1.0, "b": 1.0}
+        self.usual: dict[Lit, float] = {"exact": 1.0, "learned": 1.0, "b": 1.0}  # in their lights
 
     def of(self, engine: Lit) -> float:
         """Return the brightness of an engine's images under its own light; 1 changes nothing."""
-        chosen = self._usual["exact"] if self.value is None else self.value
-        return chosen * self._usual[engine] / self._usual["exact"]
-
-    def usual(self, engine: Lit) -> float:
-        """Return the usual brightness of an engine's images."""
-        return self._usual[engine]
+        chosen = self.usual["exact"] if self.value is None else self.value
+        return chosen * self.usual[engine] / self.usual["exact"]
 
     def set(self, value: float | None, text: str = "", merge_key: str | None = None) -> None:
         """Choose a brightness, within its limits, as one edit with the last; None: the usual."""
@@ -241,13 +237,13 @@ class Brightness(EditedInput[float | None]):
 
     def expose(self, factor: float) -> None:
         """Show images this much brighter than usual; 1 for the usual brightness."""
-        self.set(None if factor == 1 else factor * self._usual["exact"])
+        self.set(None if factor == 1 else factor * self.usual["exact"])
 
     def set_lighting(self, engine: Lit, lighting: Lighting) -> None:
         """Follow the light of an engine's images: of the reference, of the model, or of B."""
         usual = usual_brightness(lighting)
-        if usual != self._usual[engine]:
-            self._usual[engine] = usual
+        if usual != self.usual[engine]:
+            self.usual[engine] = usual
             self.changed.emit(self.value)
 
     @property

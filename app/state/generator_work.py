@@ -12,7 +12,7 @@ from app.engines.messages import EngineReady
 from app.engines.requests import ReferenceSettings
 from app.state.opened_volume import OpenedVolume
 from model.generator.catalog import PATH_LIGHT
-from model.networks.card import recorded_agreement, recorded_error, recorded_errors
+from model.networks.card import recorded_error, recorded_errors
 from model.rendering.path_tracing import denoising
 from model.scene.inputs import SceneInputs, outside_range
 from model.scene.scene import Lighting, Scene
@@ -62,11 +62,6 @@ class GeneratorWork:
         self._is_held = False
 
     @property
-    def is_open(self) -> bool:
-        """Whether a model is open, of this volume or of another one."""
-        return self.folder is not None
-
-    @property
     def title(self) -> str:
         """Title of the image."""
         return PATH_TITLE if self.draws_path else "Generator"
@@ -82,11 +77,6 @@ class GeneratorWork:
         if self.draws_path:
             return PATH_TIP
         return "" if self.folder is None or self.awaits_path else recorded_errors(self.folder)
-
-    @property
-    def recorded_agreement(self) -> float | None:
-        """Median cosine of the model's sensitivities, as its card has it; None if unknown."""
-        return None if self.folder is None else recorded_agreement(self.folder)
 
     def is_unusual(self, error: float) -> bool:
         """Whether an error of the image is far above those of the model's test images."""

@@ -88,10 +88,9 @@ class ImageScheduler(QObject):
 
     def _ask_both(self) -> None:
         """Ask for A and B while something moves; the one that does not change rests meanwhile."""
-        changed = [
-            each for each in self._of_reference if self._drawn.get(each) != self._inputs(each)
-        ]
-        for channel in self._of_reference:
+        both, drawn = self._of_reference, self._drawn
+        changed = [each for each in both if drawn.get(each) != self._inputs(each)]
+        for channel in both:
             if channel in changed:
                 self._ask(channel, live=len(changed))
             elif channel.is_pending and channel.newest and not channel.newest.quality.live:

@@ -82,20 +82,18 @@ class LatentPictures(QObject):
         super().__init__(parent)
         self.state = latent
         self.session = LatentSession(state, latent, open_space, self)
-        self.model: Path | None = None
         self.grid: GridPicture | None = None
         self.hover: HoverPicture | None = None
         self._state = state
         self._model_size: int | None = None
-        self._is_path_traced = False
-        self._pace, self._patience = Pace(), 1.0
+        self.is_path_traced = False  # whether pictures at rest are followed by traced ones
+        self.patience = 1.0  # of live pictures, in usual times
+        self._pace = Pace()
         self._grids = Channels(clients, "grid", self._take_grid, self)
         self._hovers = Channels(clients, "hover", self._take_hover, self)
         self.grid_at_work = AtWork(self._grids.values(), self)
-        self._asked_grids: dict[int, GridPicture] = {}
-        """Grids without their pictures, by request."""
-        self._asked_hovers: dict[int, int] = {}
-        """Numbers of samples that are blended, by request."""
+        self._asked_grids: dict[int, GridPicture] = {}  # without their pictures, by request
+        self._asked_hovers: dict[int, int] = {}  # numbers of blended samples, by request
         self._grid_key: object = None
         self._hover_rest = Pause(self, REST_MS, lambda: self._ask_hover(live=False))
         for changed in (
@@ -113,29 +111,21 @@ class LatentPictures(QObject):
     @property
     def from_codes(self) -> bool:
         """Whether pictures are drawn from codes, not from the TFs that these are decoded to."""
-        has_codes = self._model_size is not None and self.session.has_models_codec
-        return has_codes and self.state.choices.on_map
+        choices = self.state.choices
+        has_codes = self._model_size is not None and self.session.model is not None
+        return has_codes and choices.codec == "model" and choices.on_map
 
     def set_model(self, folder: Path | None, size: int | None, draws_codes: bool = False) -> None:
         """Set a model that fits the volume, the size of its images, and whether it draws codes."""
-        if folder != self.model:
-            self.model = folder
+        if folder != self.session.model:
             self.state.choose(codec="shipped")
-        self.session.set_model(folder)
+            self.session.model = folder
         size = size if draws_codes else None
         if size != self._model_size:
             self._model_size = size
             # What the engine before was asked for may never come.
             self._grid_key = None
             self.ask()
-
-    def allow(self, patience: float) -> None:
-        """Have live pictures take so many times the usual time, from the next on."""
-        self._patience = patience
-
-    def trace(self, is_path_traced: bool) -> None:
-        """Have pictures at rest followed by traced ones, in path-traced light."""
-        self._is_path_traced = is_path_traced
 
     def is_fresh(self, picture: GridPicture) -> bool:
         """Whether pictures are of the present view, light and colours."""
@@ -231,7 +221,7 @@ class LatentPictures(QObject):
         """Ask for pictures of TFs with their codes, and return the request's number."""
         source: EngineName = "learned" if self.from_codes else "exact"
         if live:
-            seconds *= self._patience / len(tfs)
+            seconds *= self.patience / len(tfs)
             size = round(size * self._pace.scale(source, size, seconds, 0.5))
         if self.from_codes and self._model_size is not None:
             size = self._model_size
@@ -280,7 +270,7 @@ class LatentPictures(QObject):
         """Return by how much pictures are brightened, beyond the usual brightness."""
         from model.latent.tiny_pictures import exposures
 
-        usual = self._state.brightness.usual(source)
+        usual = self._state.brightness.usual[source]
         found = exposures(images[..., :3].reshape(len(images), -1, 3), usual) / usual
         return [float(factor) for factor in found]
 
@@ -311,7 +301,7 @@ class LatentPictures(QObject):
             seconds = result.seconds / len(result.value)
             self._pace.note(source, request.quality.pixels.width, seconds)
         waits = channels[source].is_pending
-        due = self._is_path_traced and source == "exact" and not (request.quality.live or waits)
+        due = self.is_path_traced and source == "exact" and not (request.quality.live or waits)
         if asked is not None and due and not request.traced:
             table[channels[source].ask(replace(request, traced=True)).sequence] = asked
         return asked

@@ -140,7 +140,7 @@ class LatentSession(QObject):
         self._known: tuple[OpacityTF, tuple[float, float]] | None = None
         self._volume: Volume | None = None
         self._window: Range = (0.0, 1.0)
-        self._model: Path | None = None
+        self.model: Path | None = None  # folder of one that fits, whose codec can be chosen
         self._is_open = False
         say = self.problem.emit
         self._opening = LatestCall("latent-space", self, self._take_space, say)
@@ -164,11 +164,6 @@ class LatentSession(QObject):
         """True while t-SNE is computed."""
         return self._embedding is not None
 
-    @property
-    def has_models_codec(self) -> bool:
-        """True if the codes are those of the model's own codec."""
-        return self._model is not None and self._latent.choices.codec == "model"
-
     def start_volume(self, volume: Volume, window: Range) -> None:
         """Follow another volume; its space is opened when the browser is shown."""
         if volume is not self._volume:
@@ -177,13 +172,6 @@ class LatentSession(QObject):
             self._latent.choose(band=None, on_map=False)
         self._volume, self._window = volume, window
         self.reset()
-
-    def set_model(self, folder: Path | None) -> None:
-        """Set the model's folder, whose codec can be chosen; None without one that fits."""
-        if folder != self._model:
-            self._model = folder
-            if self._latent.choices.codec == "model":
-                self.reset()
 
     def reset(self) -> None:
         """Open the space anew if the browser is shown, or else when it will be."""
@@ -300,20 +288,16 @@ class LatentSession(QObject):
             return
         self._is_open = True
         self.problem.emit("")
-        folder = self._model if self._latent.choices.codec == "model" else None
+        folder = self.model if self._latent.choices.codec == "model" else None
         place = self._volume.scalar_range, self._window, self._volume.scale, folder
         self._opening.ask(partial(_open, partial(self._open_space, *place)))
 
     def _take_space(self, opened: Any) -> None:
         if not self._is_open:
             return
-        self.space, self.map = opened
-        self.overview = self.wanted = self.chosen = None
-        self._latent.start_choices()
-        self._filter()
-        self._known = None
-        self.mapChanged.emit(self.map)
-        self._place_present()
+        self.space, map_ = opened
+        self.overview = None
+        self._show_map(map_)
         self._look()
         self.compute_map()
 
@@ -322,15 +306,17 @@ class LatentSession(QObject):
         self._embedding = None
         self.progressed.emit(1.0)
         if places is not None and self.map is not None:
-            self.map = self.map.moved(places)
-            self.wanted = self.chosen = None
-            self._filter()
-            self._known = None
-            self._latent.start_choices()
-            self.mapChanged.emit(self.map)
-            self._place_present()
+            self._show_map(self.map.moved(places))
         if problem:
             self.problem.emit(problem)
+
+    def _show_map(self, map_: LatentMap) -> None:
+        self.map = map_
+        self.wanted = self.chosen = self._known = None
+        self._filter()
+        self._latent.start_choices()
+        self.mapChanged.emit(map_)
+        self._place_present()
 
     def _place_present(self) -> None:
         if self.map is None or self.space is None or not self._latent.choices.shown:
@@ -343,17 +329,14 @@ class LatentSession(QObject):
         self.marksChanged.emit()
 
     def _look(self) -> None:
-        if self.map is None or self.space is None or self._volume is None:
-            return
-        if not self._latent.choices.shown:
+        map_, space, volume = self.map, self.space, self._volume
+        if map_ is None or space is None or volume is None or not self._latent.choices.shown:
             return
         if self._has_overview:
             # Another view's may be on its way.
             self._looking.forget()
             return
-        self._looking.ask(
-            partial(_overview, self._volume, self._state.inputs, self.space, self.map)
-        )
+        self._looking.ask(partial(_overview, volume, self._state.inputs, space, map_))
 
     def _take_overview(self, answer: Any) -> None:
         map_, inputs, overview = answer

@@ -40,8 +40,6 @@ class KeptFile(Generic[T]):
 
     A change is made here at once, and made again on what is in the file when it is written. So
     windows overwrite nothing of each other but what both have changed: there the last one wins.
-
-    If the file could not be read, `problem` is a sentence for the user.
     """
 
     def __init__(self, path: Path | None, kind: type[T]) -> None:
@@ -50,7 +48,7 @@ class KeptFile(Generic[T]):
         self._changes: list[Change[T]] = []
         self._written = 0
         self.values = kind()
-        self.problem = ""
+        self.problem = ""  # sentence for the user where the file could not be read
         self.refresh()
 
     def change(self, change: Change[T]) -> None:
@@ -192,8 +190,7 @@ class Preferences(QObject):
     """Remembers settings, recent files and volumes, in a folder or in memory only.
 
     What is changed is written shortly afterwards, in a thread of its own, and by :meth:`finish`.
-    After a failed write nothing more is written. If the settings could not be read at the start,
-    `start_problem` is a sentence for the user.
+    After a failed write nothing more is written.
     """
 
     problem = Signal(str)  # emitted with a sentence when a file cannot be written
@@ -202,7 +199,7 @@ class Preferences(QObject):
         super().__init__(parent)
         self.folder = folder
         self._settings = settings_file(folder)
-        self.start_problem = self._settings.problem
+        self.start_problem = self._settings.problem  # sentence for the user
         self._volumes: dict[str, KeptFile[VolumeMemory]] = {}
         # By fingerprint, with the names of their files; and what writes those that are new.
         self._masks: dict[str, tuple[str, Mask]] = {}
@@ -296,10 +293,6 @@ class Preferences(QObject):
     def recent(self, kind: RecentKind) -> list[Path]:
         """Return the recent files of a kind, the newest first, whether they exist or not."""
         return [Path(text) for text in getattr(self.settings, f"recent_{kind}")[:MOST_RECENT]]
-
-    def forget_recent(self, kind: RecentKind) -> None:
-        """Empty the list of the recent files of a kind."""
-        self.set(**{f"recent_{kind}": ()})
 
     def finish(self) -> None:
         """Write what is not written yet, and wait for it."""

@@ -30,11 +30,8 @@ reports of what is left."""
 class Preparation(QObject):
     """Compiles groups of kernels that are wanted, in their order, once a picture is there.
 
-    A group that cannot be compiled there counts as prepared: an engine compiles it
-    when it first draws. So does each where nothing can be kept.
-
-    The command is given the names of groups, one a line, and writes each name back. Its process is
-    ended if a group takes longer than `longest_s`.
+    The command is given the names of groups, one a line, and writes each name back. A group that
+    cannot be compiled so, or not within `longest_s`, is compiled by an engine when it first draws.
     """
 
     prepared = Signal()  # emitted when an engine may use the kernels of one more group

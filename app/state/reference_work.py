@@ -206,10 +206,7 @@ class ReferenceWork(QObject):
             self._scheduler.show_trade()
 
     def start(self, volume: Volume, scene: Scene | None, proposed: LightingChoice = "auto") -> None:
-        """Draw another volume, with the scene of the model that is shown with it, if any.
-
-        It is shown in the proposed light unless it was seen in another one before.
-        """
+        """Draw another volume, in the proposed light unless it was seen in another one before."""
         before, self._volume, self._scene = self._volume, volume, scene
         is_new = before is None or volume.voxels is not before.voxels
         if is_new:

@@ -118,6 +118,7 @@ class SensitivityAsker(QObject):
         self.window: Range = (0.0, 1.0)
         self.exact_source: Source = "exact"
         self.learned_size: int | None = None
+        self.hint = ""  # what of the inputs is outside of what that was trained on
         self.pace = AnswerPace(clock)
         self.state, self.asked, self.clients = state, asked, clients
         self._is_open = self._moves = self._has_moved = False

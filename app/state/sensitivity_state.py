@@ -81,8 +81,7 @@ class SensitivityState(QObject):
         self.place: tuple[float, float] | None = None
         self.tool: Tool | None = None
         self.dragging = False
-        self.count = 0
-        """Number of the last region that was numbered."""
+        self.count = 0  # number of the last region that was numbered
         self._series: object = None
 
     @property

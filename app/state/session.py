@@ -48,8 +48,7 @@ class Session:
     def save(self, path: Path) -> None:
         """Write the file, whole or not at all; raise :class:`SessionError` if that fails.
 
-        It has absolute paths and paths relative to its folder, so that volume and session can
-        move together.
+        It has paths relative to its folder, too, so that volume and session can move together.
         """
         data = {
             "tfscope_session": VERSION,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -188,14 +189,8 @@ class ViewNavigation(QObject):
         self._look(view or self.home)
 
     def _upright_home(self) -> View:
-        return home_view(
-            self.proportions,
-            self.up_axis,
-            front=self.front_axis,
-            points=self._shown,
-            reach=self._reach,
-            angles=self._home_angles,
-        )
+        found = partial(home_view, self.proportions, self.up_axis, front=self.front_axis)
+        return found(points=self._shown, reach=self._reach, angles=self._home_angles)
 
     def _look(self, view: View) -> None:
         """Show a view that is no part of a drag."""

@@ -100,7 +100,7 @@ class ViewerState(ViewNavigation):
             "mask": self.mask_input,
         }
         self.brightness = Brightness(self.edits, self)
-        self._file = FileFacts()
+        self.file = FileFacts()
         self.default = EMPTY_TF  # TF that :meth:`reset_transfer_function` returns to
         self.viewChanged.connect(self.inputsChanged)
         self.viewChangeFinished.connect(self.inputsChangeFinished)
@@ -153,11 +153,11 @@ class ViewerState(ViewNavigation):
     def interpolates(self) -> bool:
         """Whether there are values between voxels."""
         chosen = self.interpolation_input.value
-        return not self._file.is_labels if chosen is None else chosen
+        return not self.file.is_labels if chosen is None else chosen
 
     def set_interpolates(self, interpolates: bool) -> None:
         """Have values between voxels, or not: an edit that can be undone."""
-        is_usual = interpolates != self._file.is_labels
+        is_usual = interpolates != self.file.is_labels
         self.interpolation_input.set(None if is_usual else interpolates)
 
     def show_all_voxels(self) -> None:
@@ -166,13 +166,8 @@ class ViewerState(ViewNavigation):
 
     def label_name(self, value: float) -> str:
         """Name of the label that a value is, to a rounding; empty for none."""
-        names = (label.name for label in self._file.labels if isclose(label.value, value))
+        names = (label.name for label in self.file.labels if isclose(label.value, value))
         return next(names, "")
-
-    @property
-    def label_numbers(self) -> Mapping[int, int] | None:
-        """See :attr:`FileFacts.label_numbers`."""
-        return self._file.label_numbers
 
     def value_text(self, value: float) -> str:
         """Write a value to within a bin of the TF; a label whole, or by its name."""
@@ -232,7 +227,7 @@ class ViewerState(ViewNavigation):
         """
         self.volumeStarting.emit()
         self.edits.stack.clear()
-        self.default, self._file = default, file or FileFacts()
+        self.default, self.file = default, file or FileFacts()
         for name, each in self.edited.items():
             if each is not self.light_input:
                 each.start(others.get(name))

@@ -317,10 +317,9 @@ def _first_range(
 def _model_for(
     fingerprint: str, memory: VolumeMemory, model: _ModelNow, library: Library
 ) -> Path | None:
-    """Folder of the model to show with a volume: the open one, or one that is known to be of it.
+    """Folder of the model to show with a volume: the one that was asked for, open or known.
 
-    One that was asked for with it comes first. A model gives way if it was of the volume before;
-    one that waits for its own stays.
+    The open one gives way if it was of the volume before; one that waits for its own stays.
     """
     if model.wanted is not None:
         return model.wanted

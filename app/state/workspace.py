@@ -91,8 +91,7 @@ class Workspace(QObject):
         )
         self.opened: OpenedVolume | None = None
         self.pieces = PieceFinder(state, asked, lambda: self._volume, self.news.emit, self)
-        self._kept = ""
-        """Fingerprint of the volume of which is kept what is made of it."""
+        self._kept = ""  # fingerprint of the volume of which is kept what is made of it
         self._is_restored = False
         self._connect()
 
@@ -105,7 +104,7 @@ class Workspace(QObject):
             (state.tf_input.changeFinished, self.opening.follow),
             (state.edits.edited, self._keep_edits),
             (state.tf_input.paneChanged, self._keep_b),
-            (state.viewChangeFinished, lambda view: self._keep(view=view)),
+            (state.viewChangeFinished, lambda view: self.keep(view=view)),
             (self._asked.changed, self._keep_changed_regions),
             (self._asked.finished, lambda _what: self._keep_regions()),
             (self.opening.warned, self.problem.emit),
@@ -128,7 +127,7 @@ class Workspace(QObject):
 
     def _share_patience(self, choices: ReferenceChoices) -> None:
         """Have pictures of the map be as fast as the images are to be."""
-        self.latent.allow(STOPS[choices.stop].patience)
+        self.latent.patience = STOPS[choices.stop].patience
 
     @property
     def _volume(self) -> Volume | None:
@@ -213,15 +212,10 @@ class Workspace(QObject):
         notes = [*volume.notes, volume.missing_text, restored]
         self.news.emit(" ".join(filter(None, notes)))
         self._scheduler.scale = volume.scale
-        self._state.start_view(
-            volume.proportions,
-            memory.up_axis or volume.up,
-            volume.axis_labels,
-            memory.view,
-            opened.shown,
-            self.reference.reach,
-            None if sample is None else sample.angles,
-        )
+        axes = volume.proportions, memory.up_axis or volume.up, volume.axis_labels
+        angles = None if sample is None else sample.angles
+        seen = memory.view, opened.shown, self.reference.reach
+        self._state.start_view(*axes, *seen, angles)
         self.volumeOpened.emit(opened)
         self._preferences.note_opened(opened.fingerprint, opened.path)
         self._note_model()
@@ -237,7 +231,7 @@ class Workspace(QObject):
             self._keep_edits()
         if wanted.memory is not None or (memory.mask and opened.mask is None):
             # A mask whose file is gone was warned of, which once is enough.
-            self._keep(mask=self._mask_name(opened.mask))
+            self.keep(mask=self._mask_name(opened.mask))
         self.volumeStarted.emit()
 
     def show_range(self, opened: OpenedVolume) -> None:
@@ -286,10 +280,10 @@ class Workspace(QObject):
         if memory.brightness is not None or not is_next:
             brightness.start(memory.brightness)
         self._kept = opened.fingerprint
-        self._keep(brightness=brightness.value)
+        self.keep(brightness=brightness.value)
         if opened.volume.file.is_labels and memory.interpolates is None:
             # The same voxels are labels in a file that does not say so, too.
-            self._keep(interpolates=False)
+            self.keep(interpolates=False)
         if asked.regions != memory.regions:
             self._keep_regions()
         return memory
@@ -303,12 +297,12 @@ class Workspace(QObject):
             edited["light"] = None
         if "mask" in edited:
             edited["mask"] = self._mask_name(edited["mask"])
-        self._keep(tf=state.tf_input.of("A"), **edited)
+        self.keep(tf=state.tf_input.of("A"), **edited)
         self._keep_b()
 
     def _keep_b(self) -> None:
         tf_input = self._state.tf_input
-        self._keep(tf_b=tf_input.of("B"), compares=tf_input.compares, look_b=tf_input.look)
+        self.keep(tf_b=tf_input.of("B"), compares=tf_input.compares, look_b=tf_input.look)
 
     def _mask_name(self, mask: Mask | None) -> str:
         """Keep the open volume's mask; return what its memory says of it."""
@@ -322,9 +316,10 @@ class Workspace(QObject):
     def _keep_regions(self) -> None:
         asked = self._asked
         name = "" if asked.active is None else asked.region_name
-        self._keep(regions=asked.regions, active_region=name, region_count=asked.count)
+        self.keep(regions=asked.regions, active_region=name, region_count=asked.count)
 
-    def _keep(self, **changes: Any) -> None:
+    def keep(self, **changes: Any) -> None:
+        """Remember something of the open volume, by its names in :class:`VolumeMemory`."""
         if self._kept:
             self._preferences.note_volume(self._kept, **changes)
 
@@ -379,7 +374,7 @@ class Workspace(QObject):
     def _relight(self) -> None:
         """Adapt the generator and the panels to another light of the reference."""
         before = self.model.draws_path, self.model.awaits_path
-        self.latent.trace(self.reference.settings.lighting == "path")
+        self.latent.is_path_traced = self.reference.settings.lighting == "path"
         self._follow_light()
         if (self.model.draws_path, self.model.awaits_path) != before:
             self._follow_scene()
@@ -402,7 +397,8 @@ class Workspace(QObject):
 
     def _update_hint(self) -> None:
         lighting, inputs = self.reference.settings.lighting, self._state.inputs_of("A")
-        self.hintChanged.emit(self.model.hint(inputs, lighting))
+        hint = self.sensitivity.hint = self.model.hint(inputs, lighting)
+        self.hintChanged.emit(hint)
 
     def _reference_comes_first(self) -> bool:
         """Whether the reference is about to show a picture, which a model would hold up."""
@@ -421,9 +417,5 @@ def _scale_news(volume: Volume) -> str:
     if volume.scale == "linear":
         return "The scale is linear."
     share = share_without_logarithm(volume.linear.distribution)
-    left = (
-        f" {100 * share:.2g} % of the voxels are zero or below, and look like the lowest value."
-        if share
-        else ""
-    )
-    return f"The scale is logarithmic.{left}"
+    said = f" {100 * share:.2g} % of the voxels are zero or below, and look like the lowest value."
+    return f"The scale is logarithmic.{said if share else ''}"

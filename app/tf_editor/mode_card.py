@@ -186,7 +186,7 @@ class ModeCard(QFrame):
             self.value.set_limits(*limits, self._state.scale)
         else:
             self.value.set_limits(*self._state.scalar_range, self._state.scale)
-        self.value.numbers = self._state.label_numbers or {}
+        self.value.numbers = self._state.file.label_numbers or {}
         self.value.show_value(value)
 
     def _show_fields(self, *shown: NumberBox) -> None:

@@ -50,13 +50,10 @@ class EmptyCard(Card):
         self.open.setToolTip("Open a volume's file (Ctrl+O)")
         self.samples: list[QToolButton] = []
         for path in shipped_volumes():
-            sample = clicked(QToolButton(), partial(files.open_volume, path))
-            sample.setText(title_of(path))
-            sample.setAccessibleName(f"Open the sample volume {title_of(path)}")
-            sample.setIcon(QIcon(str(picture_of(path))))
-            sample.setIconSize(QSize(SAMPLE_PICTURE, SAMPLE_PICTURE))
-            sample.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextUnderIcon)
-            self.samples.append(sample)
+            title, open_it = title_of(path), partial(files.open_volume, path)
+            name = f"Open the sample volume {title}"
+            self.samples.append(_picture_button(title, name, SAMPLE_PICTURE, open_it))
+            self.samples[-1].setIcon(QIcon(str(picture_of(path))))
         head = fill(
             QHBoxLayout(), label("Drop a volume here, or", "title"), self.open, 0, spacing=6
         )
@@ -88,6 +85,15 @@ class EmptyCard(Card):
         top = min(room.height() // 2 + self.height() // 4, room.height() - EDGE)
         self.move(max(room.width() // 2, 0), max(top, 0))
         self.raise_()
+
+
+def _picture_button(text: str, name: str, size: int, slot: Callable[[], object]) -> QToolButton:
+    button = clicked(QToolButton(), slot)
+    button.setText(text)
+    button.setAccessibleName(name)
+    button.setIconSize(QSize(size, size))
+    button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextUnderIcon)
+    return button
 
 
 ICON, PICTURE = 40, 200  # sides of the pictures on the buttons, and next to the mouse, in pixels
@@ -149,11 +155,8 @@ class UpAxisCard(Card):
         leave = IconButton("close", "Keep it", tip=tip, colors=theme.ON_IMAGE)
         self.leave = clicked(leave, self._remember)
         for axis in AXES:
-            button = self.buttons[axis] = clicked(QToolButton(), partial(self._choose, axis))
-            button.setText(axis.replace("-", "−"))
-            button.setIconSize(QSize(ICON, ICON))
-            button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextUnderIcon)
-            button.setAccessibleName(f"{axis} is up")
+            text, choose = axis.replace("-", "−"), partial(self._choose, axis)
+            self.buttons[axis] = _picture_button(text, f"{axis} is up", ICON, choose)
         head = fill(QHBoxLayout(), label("Which way is up?", "title"), 0, self.leave)
         pictures = fill(QHBoxLayout(), *self.buttons.values(), spacing=4)
         fill(QVBoxLayout(self), head, pictures, margins=(12, 4, 8, 8), spacing=2)
@@ -210,10 +213,8 @@ class UpAxisCard(Card):
                 self._remember()
 
     def _remember(self) -> None:
-        opened = self._workspace.opened
-        if opened is not None:
-            self.hide()
-            self._context.preferences.note_volume(opened.fingerprint, up_axis=self._state.up_axis)
+        self.hide()
+        self._workspace.keep(up_axis=self._state.up_axis)
 
 
 SLIDER_WIDTH = 180  # of a slider at least, in pixels

@@ -64,17 +64,14 @@ VOLUME_FILTER = f"Volumes ({' '.join(f'*{s}' for s in SUFFIXES)});;All files (*)
 OPEN_FILTER = VOLUME_FILTER.replace("Volumes (", f"Volumes and sessions (*{SUFFIX} ")
 
 
-def ask_for_file(context: Context, title: str, filters: str) -> Path | None:
-    """Ask for a file to open; None if the user chooses none."""
+def ask_for_file(context: Context, title: str, filters: str = "") -> Path | None:
+    """Ask for a file to open, or without filters for a folder; None if the user chooses none."""
     folder = context.preferences.settings.last_folder
-    name, _ = QFileDialog.getOpenFileName(context.window, title, folder, filters)
+    if filters:
+        name, _ = QFileDialog.getOpenFileName(context.window, title, folder, filters)
+    else:
+        name = QFileDialog.getExistingDirectory(context.window, title, folder)
     return _chosen(context, name)
-
-
-def ask_for_folder(context: Context, title: str) -> Path | None:
-    """Ask for a folder to open; None if the user chooses none."""
-    folder = context.preferences.settings.last_folder
-    return _chosen(context, QFileDialog.getExistingDirectory(context.window, title, folder))
 
 
 def ask_for_place(

@@ -322,7 +322,7 @@ def figure(
     # The difference is opaque, on black.
     grounds = [BLACK if name == "difference" else choice.background for name in names]
     shown = [
-        _opaque(compared.colored)
+        to_qimage(compared.colored)
         if name == "difference" and compared is not None
         else compose(images[name][0], ground, images[name][1])
         for name, ground in zip(names, grounds, strict=True)
@@ -456,10 +456,6 @@ class Comparison:
 def _colors(rgba: Rgba) -> Image:
     full = 255 if rgba.dtype == np.uint8 else 1
     return np.asarray(rgba[..., :3], np.float32) / np.float32(full)
-
-
-def _opaque(colored: NDArray[np.float64]) -> QImage:
-    return compose(np.dstack([colored, np.ones(colored.shape[:2])]).astype(np.float32), (0, 0, 0))
 
 
 def _fitted(image: QImage, place: QRect) -> QRect:

@@ -117,11 +117,7 @@ class FigureSaving(QObject):
     def __init__(self, context: Context, overlays: Overlays, error: ImageError) -> None:
         super().__init__(context.window)
         self._context, self._overlays, self._error = context, overlays, error
-        self._panes = {
-            "generator": context.generator,
-            "reference": context.reference,
-            "b": context.pane_b,
-        }
+        self._panes = dict(zip(("generator", "reference", "b"), context.panes, strict=True))
         self._job: _Job | None = None
         self.progress: QProgressDialog | None = None
         clients = {name: pane.client for name, pane in self._panes.items()}

@@ -21,7 +21,6 @@ from app.window.context import (
     VOLUME_FILTER,
     Context,
     ask_for_file,
-    ask_for_folder,
     ask_for_place,
     proposed_name,
 )
@@ -89,17 +88,14 @@ class Files(QObject):
             self._fail(f"{path} does not exist any more. Open it from its new place.")
         elif kind == "models":
             self.open_model(path, self._workspace.library.volume_of(path))
-        elif kind == "volumes":
-            self.open_volume(path)
-        elif kind == "sessions":
-            self._sessions.open(path)
-        else:
+        elif kind == "transfer_functions":
             self.open_transfer_function(path)
+        else:
+            self.open(path)
 
     def ask(self, title: str, filters: str, open_it: Callable[[Path], object]) -> None:
         """Ask for a file, or without filters for a folder, and open it."""
-        asked = ask_for_file(self._context, title, filters) if filters else None
-        path = asked if filters else ask_for_folder(self._context, title)
+        path = ask_for_file(self._context, title, filters)
         if path is not None:
             open_it(path)
 
@@ -127,7 +123,7 @@ class Files(QObject):
         """
         self._model_awaited = model
         layout = None
-        if path.suffix.lower() == RAW_SUFFIX and path.is_file():
+        if _is_raw(path):
             layout = self._known_layout(path) or self._ask_for_layout(path)
             if layout is None:
                 return
@@ -243,10 +239,8 @@ class Files(QObject):
         opened = self._workspace.opened
         if opened is None or not opened.volume.file.contents:
             return
-        open_it = partial(self.open_volume, opened.path)
-        dialog = ContentsDialog(
-            opened.path.name, opened.volume.file.contents, open_it, self._window
-        )
+        path, contents = opened.path, opened.volume.file.contents
+        dialog = ContentsDialog(path.name, contents, partial(self.open_volume, path), self._window)
         # What is kept is not asked for again.
         kept = partial(self._preferences.note_volume, opened.fingerprint)
         dialog.rejected.connect(partial(kept, choice=dialog.choice().text))
@@ -266,8 +260,7 @@ class Files(QObject):
             path, choice = self._choice or (opened.path, Choice())
             choice = replace(choice if path == opened.path else Choice(), **typed)
             self._choice = opened.path, choice
-            is_raw = opened.path.suffix.lower() == RAW_SUFFIX and opened.path.is_file()
-            layout = self._known_layout(opened.path) if is_raw else None
+            layout = self._known_layout(opened.path) if _is_raw(opened.path) else None
             memory = self._preferences.volume(opened.fingerprint)
             memory = replace(memory, tf=state.transfer_function, view=state.view)
             self._workspace.opening.open(opened.path, Wanted(layout, choice, memory=memory))
@@ -357,3 +350,7 @@ class Files(QObject):
         for name, known in kept.items():
             if opened is not None and known is not None and known[0] == opened.path:
                 self._preferences.note_volume(opened.fingerprint, **{name: known[1].text})
+
+
+def _is_raw(path: Path) -> bool:
+    return path.suffix.lower() == RAW_SUFFIX and path.is_file()

@@ -200,11 +200,7 @@ class MainWindow(WindowParts):
         """Give the focus to the next area of the window, or to the one before."""
         areas = [area for area in self.areas() if _first_in(area) is not None]
         focus = QApplication.focusWidget()
-        here = [
-            place
-            for place, area in enumerate(areas)
-            if focus is not None and (area is focus or area.isAncestorOf(focus))
-        ]
+        here = [n for n, area in enumerate(areas) if focus in (area, *area.findChildren(QWidget))]
         # From nowhere, forwards begins at the first one, and backwards at the last.
         start = here[-1] if here else (-1 if step > 0 else 0)
         wanted = _first_in(areas[(start + step) % len(areas)]) if areas else None
@@ -290,10 +286,10 @@ class MainWindow(WindowParts):
         """Make room for the generator's image, or give it to the reference."""
         model = self.workspace.model
         # Until it draws something else, one image is enough.
-        self.panes.set_model(model.is_open and not model.awaits_path)
+        self.panes.set_model(model.folder is not None and not model.awaits_path)
         self.generator.set_drawer(model.title, model.who, model.errors)
         self.brightness.set_lighting("learned", self.workspace.model.lighting)
-        self.browser.bar.more.setVisible(self.workspace.latent.model is not None)
+        self.browser.bar.more.setVisible(self.workspace.latent.session.model is not None)
         self.image_error.forget(self.generator)
 
     def _note_reading(self, name: str) -> None:
@@ -355,14 +351,8 @@ class MainWindow(WindowParts):
 
 def _plot_data(opened: OpenedVolume) -> PlotData:
     volume = opened.volume
-    return PlotData(
-        opened.counts,
-        opened.edges,
-        volume.data_range,
-        volume.units,
-        volume.scale,
-        volume.file.label_numbers,
-    )
+    known = volume.data_range, volume.units, volume.scale, volume.file.label_numbers
+    return PlotData(opened.counts, opened.edges, *known)
 
 
 def _first_in(area: QWidget) -> QWidget | None:

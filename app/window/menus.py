@@ -17,6 +17,7 @@ from app.glosses import open_glossary
 from app.icons import IconButton
 from app.image_view.reference_controls import DRAWINGS
 from app.state.library import KnownModel
+from app.state.opened_volume import OpenedVolume
 from app.state.settings import DifferenceChoice, RecentKind
 from app.window.context import VOLUME_FILTER, menu_names
 from app.window.files import TF_FILTER
@@ -85,6 +86,14 @@ class Menus:
         for refresh in self._refreshes:
             refresh()
 
+    def _if_opened(self, test: Callable[[OpenedVolume], object] = lambda _: True) -> Test:
+        """Return a test that fails without a volume."""
+        workspace = self._window.workspace
+        return lambda: workspace.opened is not None and bool(test(workspace.opened))
+
+    def _has_mask(self) -> bool:
+        return self._window.state.mask_input.value is not None
+
     def _add(
         self,
         menu: QMenu,
@@ -140,11 +149,10 @@ class Menus:
         window = self._window
         bar, panes, crop = window.top_bar, window.panes, window.crop_card
         latent, error = window.latent_state, window.image_error
-
         tf_input, model = window.state.tf_input, window.workspace.model
 
         def has_only_b() -> bool:
-            return tf_input.compares or not (model.is_open or panes.is_browsing)
+            return tf_input.compares or not (model.folder or panes.is_browsing)
 
         def compare_images() -> None:
             if has_only_b():
@@ -163,16 +171,12 @@ class Menus:
             difference.setChecked(wanted)
             error.set_wanted(wanted)
 
-        def browse() -> None:
-            latent.choose(shown=not latent.choices.shown)
-
-        def show_crop() -> None:
-            crop.set_shown(not crop.is_shown)
-
         compare = self._act(bar.compare, compare_images, "C")
         difference = self._act(bar.difference, show_difference, "D")
+        browse = lambda: latent.choose(shown=not latent.choices.shown)  # noqa: E731
         browsing = self._act(bar.browse, browse, "B", "Ctrl+B")
         self._act(bar.save, window.saving.ask, "Ctrl+Shift+S", "Ctrl+Shift+C")
+        show_crop = lambda: crop.set_shown(not crop.is_shown)  # noqa: E731
         cropping = self._act(window.tools.crop, show_crop, "K", "Ctrl+K")
 
         def refresh() -> None:
@@ -217,11 +221,8 @@ class Menus:
         return action
 
     def _fill_file(self, menu: QMenu) -> None:
-        window, files, workspace = self._window, self._window.files, self._window.workspace
+        window, files = self._window, self._window.files
         keys = QKeySequence.StandardKey
-
-        def has_contents() -> bool:
-            return workspace.opened is not None and bool(workspace.opened.volume.file.contents)
 
         self._add(menu, "&Open…", files.ask_and_open, keys.Open)
         open_folder = partial(files.ask, "Open DICOM folder", "", files.open_volume)
@@ -234,9 +235,9 @@ class Menus:
             action.setIconVisibleInMenu(True)
         self._add_recent(menu, "volumes")
         contents = "Other &volumes in this file…"
-        self._add(menu, contents, files.ask_for_content, is_there=has_contents)
-        has_volume = lambda: workspace.opened is not None  # noqa: E731
-        self._add(menu, "P&roperties…", files.show_properties, "Ctrl+I", is_there=has_volume)
+        has_others = self._if_opened(lambda opened: opened.volume.file.contents)
+        self._add(menu, contents, files.ask_for_content, is_there=has_others)
+        self._add(menu, "P&roperties…", files.show_properties, "Ctrl+I", is_there=self._if_opened())
         menu.addSeparator()
         open_tf = partial(files.ask, "Open TF", TF_FILTER, files.open_transfer_function)
         self._add(menu, "Open &TF…", open_tf, "Ctrl+T")
@@ -244,9 +245,8 @@ class Menus:
         self._add_recent(menu, "transfer_functions")
         menu.addSeparator()
         open_mask = partial(files.ask, "Open mask or labels", VOLUME_FILTER, files.open_mask)
-        self._add(menu, "Open mas&k…", open_mask, is_there=has_volume)
-        has_mask = lambda: window.state.mask_input.value is not None  # noqa: E731
-        self._add(menu, "Save mask…", files.save_mask, is_there=has_mask)
+        self._add(menu, "Open mas&k…", open_mask, is_there=self._if_opened())
+        self._add(menu, "Save mask…", files.save_mask, is_there=self._has_mask)
         menu.addSeparator()
         self._add(menu, "Save sess&ion…", window.sessions.ask_and_save, "Ctrl+Alt+S")
         self._add_recent(menu, "sessions")
@@ -263,13 +263,8 @@ class Menus:
         window, state, panes = self._window, self._window.state, self._window.panes
         workspace, overlays, editor = window.workspace, window.overlays, window.editor
 
-        has_volume = lambda: workspace.opened is not None  # noqa: E731
-
-        def draws_missing() -> bool:
-            return workspace.opened is not None and workspace.opened.volume.draws_missing
-
-        def has_missing() -> bool:
-            return workspace.opened is not None and workspace.opened.has_missing
+        draws_missing = self._if_opened(lambda opened: opened.volume.draws_missing)
+        has_missing = self._if_opened(lambda opened: opened.has_missing)
 
         def toggle_full() -> None:
             window.showNormal() if window.isFullScreen() else window.showFullScreen()
@@ -285,7 +280,7 @@ class Menus:
         up = menu.addMenu("U&p")
         self._add_choices(up, axes, lambda: state.up_axis, state.set_up_axis)
         up.addSeparator()
-        self._add(up, "By &pictures…", window.up_axis_card.ask, is_there=has_volume)
+        self._add(up, "By &pictures…", window.up_axis_card.ask, is_there=self._if_opened())
         self._add(
             menu, "&Free rotation", lambda: state.set_trackball(not state.trackball),
             "Ctrl+Shift+T", is_on=lambda: state.trackball,
@@ -324,10 +319,7 @@ class Menus:
         self._add(menu, "S&lices", slices.toggle, "S", is_on=lambda: slices.is_shown)
         self._add(menu, "Isolate pie&ce", lambda: workspace.pieces.take(0, alone=True), "I")
         self._add(menu, "Cut piece awa&y", lambda: workspace.pieces.take(0, alone=False), "X")
-        self._add(
-            menu, "Show all &voxels", state.show_all_voxels,
-            is_there=lambda: state.mask_input.value is not None,
-        )  # fmt: skip
+        self._add(menu, "Show all &voxels", state.show_all_voxels, is_there=self._has_mask)
         for overlay, text, keys in OVERLAYS:
             toggle, has = partial(overlays.toggle, overlay), partial(overlays.has, overlay)
             self._add(menu, text, toggle, keys, is_on=has)
@@ -403,7 +395,6 @@ class Menus:
         # Both of the usual keys, whatever the system's own is.
         usual = [*QKeySequence.keyBindings(keys.Redo), QKeySequence("Ctrl+Y")]
         redo.setShortcuts(list(dict.fromkeys(usual)))
-
         for action, changed in ((undo, stack.canUndoChanged), (redo, stack.canRedoChanged)):
             action.setEnabled(False)
             changed.connect(action.setEnabled)
@@ -458,25 +449,24 @@ class Menus:
             for action in listed:
                 menu.removeAction(action)
             library, opened = workspace.library, workspace.opened
-            shipped = library.shipped()
-            entries: list[tuple[KnownModel, Slot]] = [
-                (model, partial(files.open_model, model.folder, volume))
-                for model, volume in shipped
-            ]
+            entries: list[tuple[KnownModel, Path | None]] = [*library.shipped()]
             if opened is not None:
                 known = self._window.preferences.volume(opened.fingerprint).models
-                listed_already = {model.folder for model, _ in shipped}
-                entries += [
-                    (model, partial(files.open_model, model.folder))
-                    for model in library.models_of(opened.fingerprint, known)
-                    if model.folder not in listed_already
-                ]
-            present = workspace.model.folder
-            listed[:] = [_network(menu, *entry, present) for entry in entries]
+                shipped = {model.folder for model, _volume in entries}
+                found = library.models_of(opened.fingerprint, known)
+                entries += [(model, None) for model in found if model.folder not in shipped]
+            listed.clear()
+            for model, volume in entries:
+                open_it = partial(files.open_model, model.folder, volume)
+                action = add_action(menu, model.name, open_it)
+                action.setToolTip(model.errors or str(model.folder))
+                action.setCheckable(True)
+                action.setChecked(model.folder == workspace.model.folder)
+                listed.append(action)
             if entries:
                 listed.append(menu.insertSeparator(first))
             menu.insertActions(first, listed)
-            close.setVisible(workspace.model.is_open)
+            close.setVisible(workspace.model.folder is not None)
 
         menu.aboutToShow.connect(fill)
 
@@ -495,12 +485,3 @@ class Menus:
 
         menu.aboutToShow.connect(fill)
         fill()
-
-
-def _network(menu: QMenu, model: KnownModel, open_it: Slot, present: Path | None) -> QAction:
-    action = QAction(model.name, menu)
-    action.triggered.connect(lambda _checked=False: open_it())
-    action.setToolTip(model.errors or str(model.folder))
-    action.setCheckable(True)
-    action.setChecked(model.folder == present)
-    return action

@@ -129,7 +129,7 @@ class _Line(Card):
 
     def __init__(self, text: str, key: str, tone: NoticeTone) -> None:
         super().__init__()
-        self.key = key
+        self.text, self.key = text, key
         self.setProperty("tone", tone)
         self._label = QLabel(text)
         # File names in errors are plain text, and can be copied.
@@ -142,10 +142,6 @@ class _Line(Card):
         self.dismissal = IconButton("close", "Dismiss", "Escape", colors=theme.ON_IMAGE)
 
     @property
-    def text(self) -> str:
-        return self._label.text()
-
-    @property
     def has_focus(self) -> bool:
         """Whether one of the buttons, or the sentence, takes the keys."""
         focused = QApplication.focusWidget()
@@ -155,12 +151,9 @@ class _Line(Card):
 TOP, BOTTOM = 40, 44  # to the upper edge, below captions, and to the lower one, above colour bars
 SIDE, GAP = 8, 8  # least distance to the other edges, and between two, in pixels
 
+_KINDS = QEvent.Type
 _PLACES = {
-    QEvent.Type.Show,
-    QEvent.Type.Hide,
-    QEvent.Type.LayoutRequest,
-    QEvent.Type.ShowToParent,
-    QEvent.Type.HideToParent,
+    *(_KINDS.Show, _KINDS.Hide, _KINDS.ShowToParent, _KINDS.HideToParent, _KINDS.LayoutRequest)
 }
 """Events after which something has another size, or is there or gone."""
 

@@ -120,13 +120,9 @@ class RawDialog(QDialog):
         """Return the layout as entered; its spacing is None if it was left at 1."""
         nx, ny, nz = (box.value() for box in self.dimension_boxes)
         x, y, z = (box.value() for box in self.spacing_boxes)
-        return RawLayout(
-            (nx, ny, nz),
-            self.type_box.currentText(),
-            self.order_box.currentData(),
-            None if x == y == z == 1 else (x, y, z),
-            self.offset_box.value(),
-        )
+        spacing = None if x == y == z == 1 else (x, y, z)
+        kind = self.type_box.currentText(), self.order_box.currentData()
+        return RawLayout((nx, ny, nz), *kind, spacing, self.offset_box.value())
 
     def done(self, result: int) -> None:
         """Close, and end what runs in a thread."""

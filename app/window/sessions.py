@@ -40,7 +40,7 @@ KEY, MISSED = "sessions", "volume of the session"
 
 
 class Sessions(QObject):
-    """Saves what the window shows as sessions, and brings it back.
+    """Saves sessions of what the window shows, and opens them.
 
     A session overwrites the memory of its volume, which is saved to a session of its own before.
     """
@@ -114,13 +114,10 @@ class Sessions(QObject):
             lighting=work.settings.lighting,
         )
         band = context.sensitivity.band
-        content = SessionContent(
-            memory,
-            part_of(self._preferences.settings, SessionSettings),
-            context.sensitivity.choices,
-            band.values if band is not None and band.kept else None,
-            context.latent.choices.shown,
-        )
+        kept = band.values if band is not None and band.kept else None
+        settings = part_of(self._preferences.settings, SessionSettings)
+        choices, is_browsing = context.sensitivity.choices, context.latent.choices.shown
+        content = SessionContent(memory, settings, choices, kept, is_browsing)
         return Session(opened.path, opened.fingerprint, content, self._workspace.model.folder)
 
     def open(self, path: Path, volume: Path | None = None) -> None:

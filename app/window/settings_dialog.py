@@ -140,7 +140,7 @@ class SettingsDialog(QDialog):
 
     def _forget(self, button: QPushButton) -> None:
         for kind in get_args(RecentKind):
-            self._context.preferences.forget_recent(kind)
+            self._context.preferences.set(**{f"recent_{kind}": ()})
         button.setEnabled(False)
 
     def _choose_theme(self, theme: ThemeChoice) -> None:

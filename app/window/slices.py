@@ -39,8 +39,7 @@ class Slices(QObject):
         super().__init__(context.window)
         self._context, self._row, self._area = context, row, area
         self.state = SliceState(context.state, self)
-        self.column: SlicesColumn | None = None
-        """Built when it is first shown."""
+        self.column: SlicesColumn | None = None  # built when it is first shown
         self._step = 0
         self._under: float | None = None
         self._holds = False
@@ -120,9 +119,7 @@ class Slices(QObject):
         self._row.setSizes([whole - width, width])
 
     def _keep_place(self) -> None:
-        opened = self._context.workspace.opened
-        assert opened is not None
-        self._context.preferences.note_volume(opened.fingerprint, cross_hair=self.state.place)
+        self._context.workspace.keep(cross_hair=self.state.place)
         self._update_images()
 
     def _update_images(self) -> None:

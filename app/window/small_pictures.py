@@ -24,8 +24,7 @@ PATIENCE_MS = 1000  # time after which the reference draws them if the ray caste
 class SmallPictures(QObject):
     """Has pictures of a side drawn by the ray caster, and shows those that were asked for last.
 
-    First come those in the light of the preview, in the order asked for, then path-traced ones in
-    path-traced light, where these do not take long.
+    In path-traced light, path-traced ones follow where these do not take long.
     """
 
     def __init__(

@@ -45,7 +45,7 @@ class TopBar(QWidget):
             button.setCheckable(True)
         QShortcut(QKeySequence("F10"), self).activated.connect(self.open_menus)
         self._comparison = [self.compare, self.difference, rule()]
-        self._is_folded: bool | None = None
+        self.is_folded: bool | None = None  # whether the menus are behind one button
         row = QHBoxLayout(self)
         row.setContentsMargins(8, 0, 8, 0)
         row.setSpacing(4)
@@ -57,11 +57,6 @@ class TopBar(QWidget):
         for widget in (*lit, *drawn, *self._comparison, self.browse, rule(), self.save):
             row.addWidget(widget)
         self._fold(False)
-
-    @property
-    def is_folded(self) -> bool:
-        """Whether the menus are behind one button."""
-        return bool(self._is_folded)
 
     def show_comparison(self, is_shown: bool) -> None:
         """Show what compares two images, or leave it out."""
@@ -87,9 +82,9 @@ class TopBar(QWidget):
         self._fold(self.width() < FOLD_WIDTH)
 
     def _fold(self, folded: bool) -> None:
-        if folded == self._is_folded:
+        if folded == self.is_folded:
             return
-        self._is_folded = folded
+        self.is_folded = folded
         self.menus.setVisible(folded)
         # Hidden, the bar's keys would be dead; the one button has its menus' keys as well.
         self.menu_bar.setVisible(not folded)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QMainWindow, QSplitter, QVBoxLayout, QWidget
 
-from app.controls import order_focus
+from app.controls import fill, order_focus
 from app.engines.client import Clients, EngineClient
 from app.engines.engines import Builders
 from app.image_view.crop_handles import CropHandles
@@ -58,23 +58,13 @@ class WindowParts(QMainWindow):
         )
         self.editor = TransferFunctionEditor(self.state)
         self.notice, self.status = Notices(), StatusLine(self.state, self.sensitivity_state)
-        viewing = Viewing(self.state, self.sensitivity_state, self.latent_state, self.preferences)
+        states = self.state, self.sensitivity_state, self.latent_state
+        viewing = Viewing(*states, self.preferences)
         clients = Clients(generator, reference, analyst)
         self.workspace = Workspace(viewing, clients, builders.on(device), self)
-        self.context = Context(
-            self,
-            self.preferences,
-            self.state,
-            self.sensitivity_state,
-            self.latent_state,
-            self.workspace,
-            analyst,
-            self.generator,
-            self.reference,
-            self.pane_b,
-            self.notice,
-            self.status,
-        )
+        panes = self.generator, self.reference, self.pane_b
+        parts = *states, self.workspace, analyst, *panes, self.notice, self.status
+        self.context = Context(self, self.preferences, *parts)
         self._build_widgets()
         self._lay_out()
         self._build_layers()
@@ -102,9 +92,7 @@ class WindowParts(QMainWindow):
             ViewKeys(pane.canvas, self.state)
         # The images, and what floats over them and moves nothing.
         images = QWidget()
-        column = QVBoxLayout(images)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.addWidget(self.panes)
+        fill(QVBoxLayout(images), self.panes)
         self._floating = Floating(images)
         self._floating.add("top", self.notice)
         self._floating.add("bottom", self.crop_card)
@@ -118,9 +106,7 @@ class WindowParts(QMainWindow):
         self._splitter = DockSplitter(row, self.editor)
         self.slices = Slices(self.context, row, self.editor.area, self.crop_card)
         central = QWidget()
-        column = QVBoxLayout(central)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.addWidget(self._splitter)
+        fill(QVBoxLayout(central), self._splitter)
         self.setMenuWidget(self.top_bar)
         self.setCentralWidget(central)
         self.setStatusBar(self.status)

@@ -156,7 +156,7 @@ def test_recent_files_are_the_newest_ones_each_once(tmp_path):
     expected = [files[5], *(p for p in reversed(files) if p != files[5])][:MOST_RECENT]
     assert preferences.recent("transfer_functions") == expected
     assert preferences.settings.last_folder == str(tmp_path / "data")
-    preferences.forget_recent("transfer_functions")
+    preferences.set(recent_transfer_functions=())
     assert preferences.recent("transfer_functions") == []
 
 

@@ -61,7 +61,9 @@ def click(qtbot, window, x):
     QTest.mouseClick(canvas, LEFT, pos=at)
     # The first search loads SciPy.
     qtbot.waitUntil(lambda: len(finder.pieces) == 1, timeout=1000 * PATIENCE_S)
-    return window.sensitivity.labels[1]
+    label = window.sensitivity.labels[1]
+    qtbot.waitUntil(lambda: "href" in label.text.text())
+    return label
 
 
 def shown(window):
