@@ -42,14 +42,11 @@ class ReferenceChoices(ImageSettings):
             follows = scene is not None and scene.lighting == lighting
             light = scene.light if scene is not None and follows else LightDirection()
         usual = USUAL_DISTANCE if scene is None else scene.sample_distance
-        return ReferenceSettings(
-            lighting,
-            light,
-            (None if lighting == "path" else STOPS[self.stop].distance) or usual,
-            self.drawing,
-            self.denoises or lighting != "path",
-            is_truth=scene is not None and lighting in ("none", "direct"),
-        )
+        is_traced = lighting == "path"
+        distance = (None if is_traced else STOPS[self.stop].distance) or usual
+        is_truth = scene is not None and lighting in ("none", "direct")
+        drawn = distance, self.drawing, self.denoises or not is_traced
+        return ReferenceSettings(lighting, light, *drawn, is_truth=is_truth)
 
     def light_range(self, scene: Scene | None, settings: ReferenceSettings) -> LightRange | None:
         """Return where the user may move the light; None without one, or where a model fixes it."""

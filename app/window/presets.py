@@ -92,12 +92,8 @@ class Presets(QObject):
     def _ask(self, listed: tuple[Preset, ...]) -> None:
         # The image may be wider than the pictures, and zoomed.
         shown = replace(self._state.inputs, view=self._state.for_picture(self._state.view))
-        self._pictures.ask(
-            [
-                replace(shown, opacity_tf=preset.tf.opacity, color_tf=preset.tf.color)
-                for preset in listed
-            ]
-        )
+        tfs = [preset.tf for preset in listed]
+        self._pictures.ask([replace(shown, opacity_tf=t.opacity, color_tf=t.color) for t in tfs])
 
 
 def own_presets(folder: Path | None) -> dict[str, TransferFunction]:

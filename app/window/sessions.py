@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 from PySide6.QtCore import QObject
 
@@ -34,6 +35,8 @@ SESSION_FILTER = f"Sessions (*{SUFFIX});;All files (*)"
 
 BEFORE = "before_session.tfscope"
 """File, in the user's folder, with the volume's look before the last session was opened."""
+
+NOT_HELD: dict[str, Any] = {"path": "", "models": (), "light_seconds": {}}  # of a memory
 
 KEY, MISSED = "sessions", "volume of the session"
 """Keys of notices: of errors, and about a session's volume that was not found."""
@@ -101,9 +104,7 @@ class Sessions(QObject):
             look_b = replace(look_b, lighting=work.settings_b.lighting)
         memory = replace(
             self._preferences.volume(opened.fingerprint),
-            path="",
-            models=(),
-            light_seconds={},
+            **NOT_HELD,
             tf=tf_input.of("A"),
             tf_b=tf_input.of("B"),
             compares=tf_input.compares,
@@ -158,7 +159,7 @@ class Sessions(QObject):
     def _keep_before(self, path: Path, opened: OpenedVolume, known: VolumeMemory) -> bool:
         """Write what is remembered of a volume to a session; return whether that was done."""
         assert self._awaited is not None
-        memory = replace(known, path="", models=(), light_seconds={}, tf=known.tf or opened.default)
+        memory = replace(known, **NOT_HELD, tf=known.tf or opened.default)
         is_new = known.tf is None and not known.path
         is_same = memory == self._awaited[1].content.memory
         if self._before_path in (None, path) or is_new or is_same:

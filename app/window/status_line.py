@@ -159,11 +159,9 @@ class StatusLine(QStatusBar):
     def _show_view(self) -> None:
         view = self._state.view
         azimuth, elevation, roll = self._state.angles
-        text = (
-            f"azimuth {azimuth:.0f}°   elevation {elevation:.0f}°   "
-            + (f"roll {roll:.0f}°   " if round(roll) else "")
-            + f"distance {without_zero(f'{view.distance:.2f}')}"
-        )
+        rolled = f"roll {roll:.0f}°   " if round(roll) else ""
+        text = f"azimuth {azimuth:.0f}°   elevation {elevation:.0f}°   {rolled}"
+        text += f"distance {without_zero(f'{view.distance:.2f}')}"
         # The sum makes 0 of -0.
         pan_x, pan_y = (round(pan, 2) + 0.0 for pan in (view.pan_x, view.pan_y))
         if pan_x or pan_y:
