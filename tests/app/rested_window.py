@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from PySide6.QtWidgets import QPushButton
+from window_fakes import PATIENCE_S
 
 
 def rested(qtbot, make_window):
@@ -10,7 +11,12 @@ def rested(qtbot, make_window):
     # From the start: the kernels of no other light are compiled.
     window = make_window(model=None, size=None, lighting="direct", drawing="raycast")
     work = window.workspace.reference
-    qtbot.waitUntil(lambda: not work._pane_rest.isActive() and window.workspace.is_settled)
+
+    def rests():
+        return not work._pane_rest.isActive() and window.workspace.is_settled
+
+    # The first window of a run loads much, on machines that may be busy.
+    qtbot.waitUntil(rests, timeout=1000 * PATIENCE_S)
     return window
 
 

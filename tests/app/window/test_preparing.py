@@ -190,7 +190,7 @@ def test_the_network_draws_while_the_light_is_path_traced(
     assert window.workspace.sensitivity.exact_source == "surrogate"
     assert "Trained with" not in window.generator.hint
     # The model answers nothing meanwhile.
-    assert window.workspace.latent.model is None
+    assert window.workspace.latent.session.model is None
     asked = len(model.requests)
     window.state.move_view(window.state.view)
     window.state.finish_view()
@@ -201,7 +201,7 @@ def test_the_network_draws_while_the_light_is_path_traced(
     assert window.generator.caption.title == "Generator"
     assert builders.generators[-1] is not model
     assert window.workspace.sensitivity.exact_source == "exact"
-    assert window.workspace.latent.model is not None
+    assert window.workspace.latent.session.model is not None
     # Without the network or the denoiser the model stays.
     monkeypatch.setattr(generator_work, "PATH_LIGHT", Path("missing"))
     reference.choose(lighting="path")
