@@ -156,12 +156,11 @@ class Window:
                 )
 
     def _start(self) -> WindowStart:
-        source = self.source
-        typed = source.scalar_range
-        own = options.same_named(self, WindowStart)
+        source, own = self.source, options.same_named(self, WindowStart)
         own["volume"] = source.path or self._default_volume()
         own["choice"] = Choice.parse(source.text) if source.text else None
-        own["scalar_range"] = None if typed is None else RangeChoice.parse(typed)
+        if source.scalar_range is not None:
+            own["scalar_range"] = RangeChoice.parse(source.scalar_range)
         return WindowStart(**own, scale=source.scale)
 
     def _default_volume(self) -> Path:

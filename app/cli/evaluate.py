@@ -58,8 +58,6 @@ class Evaluate:
         with bars() as show:
             figures = run_evaluation(job, show, print)
         _print(figures)
-        if "sensitivity_agreement" in figures:
-            _print_agreement(figures["sensitivity_agreement"])
         if self.record:
             _record(self.model, figures)
         if self.json is not None:
@@ -80,20 +78,6 @@ def _record(folder: Path, figures: dict[str, Any]) -> None:
     print(f"The errors are in {folder / MODEL_FILE}.")
 
 
-def _print_agreement(agreement: dict[str, Any]) -> None:
-    from app.cli.console import print_table
-
-    title = (
-        f"sensitivity to the opacity TF against the renderer's own, {agreement['count']} samples"
-    )
-    parts = ("quartile1", "median", "quartile3")
-    cells = [
-        (label, *(f"{agreement[key][part]:.2f}" for part in parts))
-        for key, label in AGREEMENTS.items()
-    ]
-    print_table(title, ("", "quartile 1", "median", "quartile 3"), cells)
-
-
 def _print(result: dict[str, Any]) -> None:
     from app.cli.console import print_table
 
@@ -112,3 +96,13 @@ def _print(result: dict[str, Any]) -> None:
     print(f"nearest: the nearest of {neighbor['count']} training images, by RMSE")
     kinds = [f"{kind} {k['rmse']:.4f} ({k['count']})" for kind, k in result["kinds"].items()]
     print(f"image RMSE by kind of opacity TF (samples): {', '.join(kinds)}")
+    if (agreement := result.get("sensitivity_agreement")) is None:
+        return
+    what = "sensitivity to the opacity TF against the renderer's own"
+    parts = ("quartile1", "median", "quartile3")
+    rows = [
+        [label, *(f"{agreement[key][part]:.2f}" for part in parts)]
+        for key, label in AGREEMENTS.items()
+    ]
+    heading = ["", "quartile 1", "median", "quartile 3"]
+    print_table(f"{what}, {agreement['count']} samples", heading, rows)

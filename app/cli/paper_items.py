@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import ExitStack
 from functools import cached_property, partial
 from math import inf
 from pathlib import Path
@@ -71,19 +72,12 @@ def make_items(asked: Paper) -> None:
                 print(f"{item}: {path}")
 
 
-class _Maker:
+class _Maker(ExitStack):
     """Makes items, and keeps what several of them need."""
 
     def __init__(self, asked: Paper) -> None:
+        super().__init__()
         self._asked = asked
-        self._opened: list[Subject] = []
-
-    def __enter__(self) -> _Maker:
-        return self
-
-    def __exit__(self, *exception: object) -> None:
-        for subject in self._opened:
-            subject.close()
 
     def make(self, item: Item) -> list[Path]:
         """Make an item, and return its files."""
@@ -163,9 +157,11 @@ class _Maker:
 
     @cached_property
     def _subjects(self) -> list[Subject]:
+        opened = []
         for folder in self._folders:
-            self._opened.append(open_subject(folder, self._asked.volume, self._asked.device))
-        return self._opened
+            opened.append(open_subject(folder, self._asked.volume, self._asked.device))
+            self.callback(opened[-1].close)
+        return opened
 
     @property
     def _subject(self) -> Subject:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 from collections.abc import Callable
 from functools import cache
@@ -15,6 +14,7 @@ from model.rendering.raster import Raster
 from model.scene.transfer_function import Range
 from model.scene.value_scale import ValueScale, values_at
 from model.scene.view import ORTHOGRAPHIC, View
+from model.volume_files.checks import number_of
 
 if TYPE_CHECKING:
     from PySide6.QtCore import QCoreApplication
@@ -61,30 +61,25 @@ def numbers(count: int, name: str) -> Callable[[str], tuple[float, ...]]:
     """Return a parser of finite numbers between commas, for the option of a name."""
 
     def parse(text: str) -> tuple[float, ...]:
-        try:
-            found = tuple(float(part) for part in text.split(","))
-        except ValueError:
-            found = ()
-        if len(found) != count or not all(map(math.isfinite, found)):
+        found = [each for part in text.split(",") if (each := number_of(part)) is not None]
+        if len(found) != count or text.count(",") != count - 1:
             raise TfscopeError(
                 f"{name} takes {count} numbers with commas between them, not '{text}'."
             )
-        return found
+        return tuple(found)
 
     return parse
 
 
 def scalar_window(text: str) -> Range:
     """Parse ``"LO,HI"``, two increasing numbers."""
-    try:
-        lo, hi = (float(part) for part in text.split(","))
-    except ValueError:
-        lo = hi = math.nan
-    if not lo < hi:
-        raise TfscopeError(
-            f"'{text}' is not a scalar window; give its lowest and highest value, such as 0.1,0.9."
-        )
-    return lo, hi
+    ends = [number_of(part) for part in text.split(",")]
+    match ends:
+        case [float(lo), float(hi)] if lo < hi:
+            return lo, hi
+    raise TfscopeError(
+        f"'{text}' is not a scalar window; give its lowest and highest value, such as 0.1,0.9."
+    )
 
 
 def _whole_numbers(text: str) -> list[int]:

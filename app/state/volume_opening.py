@@ -26,8 +26,8 @@ from model.scene.scene import Scene
 from model.scene.transfer_function import Range, TransferFunction
 from model.scene.value_scale import ValueScale
 from model.scene.volume import Volume
+from model.volume_files.blocks import ReadingCancelledError, watched
 from model.volume_files.choice import Choice
-from model.volume_files.progress import ReadingCancelledError, watched
 from model.volume_files.raw import RawLayout
 
 PROGRESS_S = 0.2  # time between two reports of progress, in seconds

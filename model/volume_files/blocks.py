@@ -1,4 +1,4 @@
-"""Blocks of voxels in a file: plain, or compressed with zlib, gzip or bzip2."""
+"""Reading voxels: blocks, plain or compressed by zlib, gzip or bzip2, and progress by slices."""
 
 from __future__ import annotations
 
@@ -6,14 +6,17 @@ import bz2
 import gzip
 import math
 import zlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, BinaryIO, Literal
+from typing import Any, BinaryIO, Literal, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from model.errors import VolumeError
 from model.volume_files.checks import check_present, damaged, truncated
 
 Encoding = Literal["raw", "deflate", "bzip2"]  # deflate stands for zlib and gzip
@@ -152,3 +155,35 @@ def _pieces(file: BinaryIO, encoding: Encoding) -> Iterator[bytes]:
                 decoder = fresh()
     if not decoder.eof:
         raise EOFError
+
+
+# --- progress -----------------------------------------------------------------------------
+
+Listener = Callable[[str, int, int], object]  # gets what, how many are done, and of how many
+
+_listener: ContextVar[Listener | None] = ContextVar("listener", default=None)
+
+T = TypeVar("T")
+
+
+class ReadingCancelledError(VolumeError):
+    """Raised by a listener, within the reader, to end it."""
+
+
+@contextmanager
+def watched(listener: Listener) -> Iterator[None]:
+    """Have a listener called for what is read in this thread meanwhile."""
+    token = _listener.set(listener)
+    try:
+        yield
+    finally:
+        _listener.reset(token)
+
+
+def counted(what: str, items: Sequence[T]) -> Iterator[T]:
+    """Yield items, and tell before each how many are done, as with ``"slices read"``."""
+    listener = _listener.get()
+    for number, item in enumerate(items):
+        if listener is not None:
+            listener(what, number, len(items))
+        yield item

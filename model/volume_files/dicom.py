@@ -12,6 +12,7 @@ import numpy as np
 
 from model.errors import VolumeError
 from model.scene.volume import Content
+from model.volume_files.blocks import counted
 from model.volume_files.checks import log_of, slices_in, truncated, unsupported
 from model.volume_files.choice import LARGEST, AskedKind, Choice, chosen_index, content
 from model.volume_files.dicom_tags import (
@@ -24,7 +25,6 @@ from model.volume_files.dicom_tags import (
 )
 from model.volume_files.dicom_volume import heights, read_stack, value_type
 from model.volume_files.grid import Grid
-from model.volume_files.progress import counted
 
 TIME_FIELDS = (
     "TemporalPositionIdentifier", "TemporalPositionIndex", "TriggerTime",

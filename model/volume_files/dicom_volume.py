@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -12,6 +11,7 @@ from numpy.typing import NDArray
 
 from model.errors import VolumeError
 from model.scene.volume import FileFacts
+from model.volume_files.blocks import counted
 from model.volume_files.checks import (
     check_grid,
     check_present,
@@ -22,7 +22,6 @@ from model.volume_files.checks import (
 )
 from model.volume_files.dicom_tags import PLAIN, DicomFile, Frame, number_in, numbers_of, value_of
 from model.volume_files.grid import Grid, placed
-from model.volume_files.progress import counted
 
 EVEN = 0.02  # relative difference below which slice distances count as equal
 MOST_LISTED = 4
@@ -37,20 +36,13 @@ _KINDS = {
 }
 
 
-@dataclass(frozen=True, eq=False)
-class _Order:
-    """Images in the order of their places."""
-
-    frames: list[Frame]
-    step: float | None
-    notes: tuple[str, ...] = ()
-    shear: tuple[float, float] = (0.0, 0.0)
+_Order = tuple[list[Frame], float | None, tuple[str, ...], tuple[float, float]]
+"""Images in the order of their places, their distance, notes, and their shift along x and y."""
 
 
 def read_stack(images: Sequence[Frame]) -> Grid:
     """Read images as a volume."""
-    order = _ordered(list(images))
-    frames = order.frames
+    frames, step, notes, shear = _ordered(list(images))
     first = frames[0]
     folder = first.file.path if len({f.file.path for f in frames}) == 1 else first.file.path.parent
     dtype = value_type(frames)
@@ -69,16 +61,16 @@ def read_stack(images: Sequence[Frame]) -> Grid:
         values,
         origin=first.position or (0.0, 0.0, 0.0),
         units=units.pop() if len(units) == 1 else "",
-        notes=order.notes + ((said,) if said else ()),
+        notes=notes + ((said,) if said else ()),
         missing=missing,
         facts=FileFacts("DICOM", "mm" if first.spacing else ""),
     )
     y, x = first.spacing if len(first.spacing) == 2 else (None, None)
-    distance = None if order.step is None else float(np.linalg.norm([order.step, *order.shear]))
+    distance = None if step is None else float(np.linalg.norm([step, *shear]))
     if not (first.orientation and first.position):
         return placed(grid, (x, y, distance))
     axes = np.array([first.orientation[:3], first.orientation[3:], first.normal])
-    axes[2] = [*order.shear, order.step or 1.0] @ axes
+    axes[2] = [*shear, step or 1.0] @ axes
     return placed(grid, (x, y, distance), axes, "LPS")
 
 
@@ -154,13 +146,13 @@ def _ordered(frames: list[Frame]) -> _Order:
         if places is None or len(frames) < 2 or len({*places}) < len(frames):
             said = "The slices give no position; they are ordered by number."
             frames = sorted(frames, key=lambda frame: frame.number)
-            return _Order(frames, frames[0].thickness, (said,))
+            return frames, frames[0].thickness, (said,), (0.0, 0.0)
         notes = ("The slices give no position; they are ordered by their location.",)
     assert places is not None
     order = np.argsort(places, kind="stable")
     frames, places = [frames[k] for k in order], places[order]
     if len(frames) == 1:
-        return _Order(frames, frames[0].thickness)
+        return frames, frames[0].thickness, (), (0.0, 0.0)
     steps = np.diff(places)
     if not steps.min() > LEAST_STEP:
         at = int(np.argmin(steps))
@@ -171,7 +163,7 @@ def _ordered(frames: list[Frame]) -> _Order:
         )
     step = float(np.median(steps))
     notes += _gap_notes(places, steps, step)
-    return _Order(frames, step, notes, _shear(frames, places) if is_placed else (0.0, 0.0))
+    return frames, step, notes, _shear(frames, places) if is_placed else (0.0, 0.0)
 
 
 def _gap_notes(

@@ -132,32 +132,26 @@ def usable_spacing(spacing: Sequence[float | None] | None) -> tuple[Triple, tupl
 
     Signs are dropped, see :func:`placed`; unusable steps become 1, and all if they are very unlike.
     """
-    given = [] if spacing is None else [s for s in spacing if s is not None]
-    if spacing is None or not given:
-        return (1.0, 1.0, 1.0), ("The file gives no voxel spacing; 1 is assumed.",)
-    usable = [s is not None and SMALLEST_SPACING < abs(s) < LARGEST_SPACING for s in spacing]
-    first = next((abs(float(s)) for s, ok in zip(spacing, usable, strict=True) if ok and s), 1.0)
-    x, y, z = (
-        first if s is None else abs(float(s)) if ok else 1.0
-        for s, ok in zip(spacing, usable, strict=True)
-    )
-    notes: tuple[str, ...] = ()
-    if silent := [axis for axis, s in zip(AXES, spacing, strict=True) if s is None]:
-        notes += (
-            f"The file gives no voxel spacing along {', '.join(silent)}; "
-            f"{first:g} is assumed, as along the others.",
-        )
-    unknown = [
-        axis for axis, s, ok in zip(AXES, spacing, usable, strict=True) if s is not None and not ok
-    ]
-    if unknown:
-        notes += (
-            f"The file's voxel spacing along {', '.join(unknown)} is unusable; 1 is assumed.",
-        )
+    ones = (1.0, 1.0, 1.0)
+    if spacing is None or all(s is None for s in spacing):
+        return ones, ("The file gives no voxel spacing; 1 is assumed.",)
+    steps = [*zip(AXES, spacing, strict=True)]
+    usable = {k for k, s in steps if s is not None and SMALLEST_SPACING < abs(s) < LARGEST_SPACING}
+    first = next((abs(float(s)) for k, s in steps if s and k in usable), 1.0)
+    x, y, z = (first if s is None else abs(float(s)) if k in usable else 1.0 for k, s in steps)
     if max(x, y, z) > MOST_UNLIKE_SPACING * min(x, y, z):
-        return (1.0, 1.0, 1.0), (
-            f"The file's voxel spacing of {x:g} x {y:g} x {z:g} is unusable; 1 is assumed.",
+        sizes = f"{x:g} x {y:g} x {z:g}"
+        return ones, (f"The file's voxel spacing of {sizes} is unusable; 1 is assumed.",)
+    silent = ", ".join(k for k, s in steps if s is None)
+    unknown = ", ".join(k for k, s in steps if s is not None and k not in usable)
+    notes: tuple[str, ...] = ()
+    if silent:
+        notes += (
+            f"The file gives no voxel spacing along {silent}; {first:g} is assumed, as along the "
+            "others.",
         )
+    if unknown:
+        notes += (f"The file's voxel spacing along {unknown} is unusable; 1 is assumed.",)
     return (x, y, z), notes
 
 

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from model.errors import VolumeError, first_line
 from model.volume_files.arrays import StoredArray, grid_of_arrays, rescaled
+from model.volume_files.blocks import counted
 from model.volume_files.checks import (
     check_grid,
     check_present,
@@ -33,7 +34,6 @@ from model.volume_files.checks import (
 )
 from model.volume_files.choice import LARGEST, Choice
 from model.volume_files.grid import Grid, in_one_unit
-from model.volume_files.progress import counted
 
 if TYPE_CHECKING:
     from tifffile import TiffFile, TiffPageSeries

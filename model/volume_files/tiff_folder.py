@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 from model.errors import VolumeError
 from model.scene.volume import FileFacts
 from model.volume_files.arrays import StoredArray
+from model.volume_files.blocks import counted
 from model.volume_files.checks import check_grid, slices_in, times
 from model.volume_files.choice import LARGEST, Choice, chosen_index, content, contents
 from model.volume_files.grid import Grid, placed
-from model.volume_files.progress import counted
 from model.volume_files.tiff import (
     SUFFIXES,
     calibrated,

@@ -19,7 +19,7 @@ from model.scene.inputs import SceneInputs
 from model.scene.scene import Scene
 from model.scene.view import View
 from model.scene.volume import Volume
-from model.volume_files.progress import counted
+from model.volume_files.blocks import counted
 
 PATIENCE_S = 20
 

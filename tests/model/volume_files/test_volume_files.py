@@ -26,7 +26,7 @@ from volume_writers import (
 from model.scene.default_tf import default_transfer_function
 from model.scene.volume import Volume
 from model.volume_files import Choice, RawLayout, read_volume
-from model.volume_files.progress import ReadingCancelledError, watched
+from model.volume_files.blocks import ReadingCancelledError, watched
 from model.volume_files.raw import guess_layout, preview
 from model.volume_files.shipped import first_transfer_function, picture_of, shipped_volumes
 
