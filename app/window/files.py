@@ -213,8 +213,8 @@ class Files(QObject):
 
     def _take_mask(self, labels: LabelMap, count: int, mask: Mask | None) -> None:
         self._context.state.mask_input.set(mask, f"open {labels.name}")
-        of_all = f"{count} of {len(labels.values)} labels of " if len(labels.values) > 1 else ""
-        self._status.say(f"Only {of_all}{labels.name} {'are' if of_all else 'is'} shown.")
+        of_all = f": {count} of {len(labels.values)} labels" if len(labels.values) > 1 else ""
+        self._status.say(f"{labels.name} is the mask{of_all}.")
 
     def save_mask(self) -> None:
         """Ask for a file and write the mask to it."""

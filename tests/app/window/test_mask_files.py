@@ -171,7 +171,7 @@ def test_labels_of_a_file_are_chosen(qtbot, window, tmp_path):
     qtbot.waitUntil(lambda: window.state.inputs.mask is not None)
     np.testing.assert_array_equal(shown(window), (labels == 1) | (labels == 3))
     assert window.state.edits.stack.undoText() == "open labels"
-    assert window.status.news == "Only 2 of 3 labels of labels are shown."
+    assert window.status.news == "labels is the mask: 2 of 3 labels."
     # What is shown is checked the next time, and Escape changes nothing.
     again = asked(qtbot, window, tmp_path / "labels.nrrd", labels)
     assert again.chosen == [1, 3]
