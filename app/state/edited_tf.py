@@ -51,9 +51,9 @@ class EditedTF(EditedInput[TransferFunction]):
     def copy(self, source: PaneName) -> None:
         """Copy a pane's TF to the other one, which has the focus from then on: an edit."""
         tf, target = self.of(source), _other(source)
-        assert tf is not None
-        self.focus(target)
-        self.set(tf, f"copy {source} to {target}")
+        if tf is not None:
+            self.focus(target)
+            self.set(tf, f"copy {source} to {target}")
 
     def swap(self) -> None:
         """Exchange the TFs of A and B: an edit."""

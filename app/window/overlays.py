@@ -235,7 +235,8 @@ class ImageError(QObject):
             pane.canvas.update()
 
     def join(self) -> None:
-        """Wait until the thread that computes a difference has ended."""
+        """Compute no difference any more, and wait until the thread has ended."""
+        self._coloring.stop()
         self._coloring.join()
 
     def set_wanted(self, wanted: bool) -> None:
