@@ -32,16 +32,18 @@ def change_rows(medium, changes, colors, light, glow, turn_grid, least, camera, 
     levels, staging = stack_batch(medium.voxels, BATCH)
     seen, weights = np.empty(BATCH, dtype=np.float32), np.empty(BATCH, dtype=np.float32)
     glows = len(glow.grid) > 0
+    is_lit = light.shines or glows
     for row in range(rows[0], rows[1]):
         for column in range(size):
             ray, _ = make_ray(camera, step, column, row, size)
             red = green = blue = white = ZERO
             through, change = ONE, ZERO
             k = 0
-            while through > NEGLIGIBLE or abs(change) > NEGLIGIBLE:
-                k = next_visible(medium, ray, k)
-                if k >= ray.count:
-                    break
+            while k < ray.count and (through > NEGLIGIBLE or abs(change) > NEGLIGIBLE):
+                behind = next_visible(medium, ray, k)
+                if behind > k:
+                    k = behind
+                    continue
                 fetch(medium, ray, k, levels, staging)
                 count = min(BATCH, ray.count - k)
                 for m in range(count):
@@ -50,9 +52,16 @@ def change_rows(medium, changes, colors, light, glow, turn_grid, least, camera, 
                     if k + m == ray.count - 1:
                         da *= slope_of_part(a, ray.rest, least)
                         a = opacity_of_part(a, ray.rest)
-                    seen[m], weights[m] = through * a, through * da + change * a
+                    visible, weight = through * a, through * da + change * a
                     change = change * (ONE - a) - through * da
                     through *= ONE - a
+                    if is_lit:
+                        seen[m], weights[m] = visible, weight
+                    else:
+                        at = np.uint64(4) * level
+                        red += weight * colors[at]
+                        green += weight * colors[at + _1]
+                        blue += weight * colors[at + _2]
                 # A loop for each light: one that asks for it at each sample is much slower.
                 if glows:
                     for m in range(count):
@@ -66,7 +75,7 @@ def change_rows(medium, changes, colors, light, glow, turn_grid, least, camera, 
                             d, s = reflect(medium, light, ray, min(np.float32(k + m), ray.last))
                             white += weights[m] * s
                             weights[m] *= d
-                for m in range(count):
+                for m in range(count if is_lit else 0):
                     at = np.uint64(4) * np.uint64(np.uint32(levels[m]))
                     red += weights[m] * colors[at]
                     green += weights[m] * colors[at + _1]
