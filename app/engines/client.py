@@ -306,7 +306,7 @@ class EngineClient(QObject):
         if self._takes_requests and self._worker is not None and not self._is_held:
             early, self._early = self._early, {}
             # What is to be seen comes before questions about it.
-            for request in sorted(early.values(), key=_is_question):
+            for request in sorted(early.values(), key=lambda each: each.asks != ImageRequest.asks):
                 self._pass_on(request)
 
     def _engine_failed(self, error: str) -> None:
@@ -360,7 +360,3 @@ class Clients:
     generator: EngineClient
     reference: EngineClient
     analyst: EngineClient
-
-
-def _is_question(request: Request) -> bool:
-    return not isinstance(request, ImageRequest)

@@ -113,7 +113,10 @@ class GeneratorEngine(Engine):
         return np.rint(255 * np.clip(image, 0, 1)).astype(np.uint8)
 
     def images(self, request: BatchRequest, watch: Watch = UNWATCHED) -> Array:
-        """Generate all images in one pass."""
+        """Generate all images in one pass, of latent codes if there are any."""
+        if request.codes:
+            codes = np.array(request.codes, dtype=np.float32)
+            return self._generator.render_latent(codes, request.inputs)
         return self._generator.render_batch([request.inputs, *request.more])
 
     def region_sensitivity(
@@ -148,11 +151,6 @@ class GeneratorEngine(Engine):
                 return found
             self._differentiated = question, found
         return self._differentiated[1]
-
-    def latent_images(self, request: BatchRequest) -> Array:
-        """Generate images from latent codes in one pass."""
-        codes = np.array(request.codes, dtype=np.float32)
-        return self._generator.render_latent(codes, request.inputs)
 
 
 def _read_volume(path: Path, raw: RawLayout | None = None, choice: Choice | None = None) -> Volume:

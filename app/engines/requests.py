@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -112,9 +112,10 @@ class Image:
 
 
 @dataclass(frozen=True)
-class Request(ABC):
+class Request:
     """Base class of requests to an engine."""
 
+    asks: ClassVar[str]  # name of the engine's method that answers
     inputs: SceneInputs
     quality: Quality
     # Of an engine to draw by; None for the one that the client has started.
@@ -123,13 +124,13 @@ class Request(ABC):
     sequence: int = field(default=0, compare=False, kw_only=True)
     channel: str = field(default=IMAGES, compare=False, kw_only=True)
 
-    @abstractmethod
     def answer(self, engine: Engine, watch: Watch) -> NDArray[Any] | Iterator[Image]:
         """Return an engine's answer, or ever better images.
 
         Raises :class:`NotOfferedError` where the engine has no answer to such requests, and
         :class:`SupersededError` where it has given up one that is no longer wanted.
         """
+        return getattr(engine, self.asks)(self, watch)
 
 
 @dataclass(frozen=True)
@@ -139,12 +140,9 @@ class ImageRequest(Request):
     The pixels of its quality are those of the whole image; coarser ones have fewer.
     """
 
+    asks = "images_of"
     stop: Exactness = STOPS[USUAL]
     is_fixed: bool = False  # whether all pixels are wanted, however long they take
-
-    def answer(self, engine: Engine, watch: Watch) -> Iterator[Image]:
-        """Draw the images."""
-        return engine.images_of(self, watch)
 
 
 @dataclass(frozen=True)
@@ -155,18 +153,14 @@ class TradeRequest(Request):
     first. Their error is the distance from the last image at rest.
     """
 
-    def answer(self, engine: Engine, watch: Watch) -> Array:
-        """Draw and measure the images."""
-        return engine.trade(self, watch)
+    asks = "trade"
 
 
 @dataclass(frozen=True)
 class PictureRequest(Request):
     """Request for a picture to save, of any size: RGBA as uint8 (H, W, 4), premultiplied."""
 
-    def answer(self, engine: Engine, watch: Watch) -> NDArray[np.uint8]:
-        """Draw the picture."""
-        return engine.picture(self, watch)
+    asks = "picture"
 
 
 @dataclass(frozen=True)
@@ -176,14 +170,11 @@ class BatchRequest(Request):
     A generator draws N latent codes in place of the opacity TFs of inputs that are else the same.
     """
 
+    asks = "images"
     more: tuple[SceneInputs, ...] = ()  # those of all images but the first, which has `inputs`
     codes: tuple[tuple[float, ...], ...] = ()  # empty to draw the TFs
     # Whether path-traced light is wanted, where there is time; else another light draws a preview.
     traced: bool = field(default=False, compare=False)
-
-    def answer(self, engine: Engine, watch: Watch) -> Array:
-        """Draw the images."""
-        return engine.latent_images(self) if self.codes else engine.images(self, watch)
 
 
 @dataclass(frozen=True)
@@ -193,48 +184,36 @@ class RegionSensitivityRequest(Request):
     The width is the standard deviation of the edits, in bins of the TF.
     """
 
+    asks = "region_sensitivity"
     region: ImageRegion
     width: float
     measure: Measure = "signed"
-
-    def answer(self, engine: Engine, watch: Watch) -> Array:
-        """Differentiate the image."""
-        return engine.region_sensitivity(self, watch)
 
 
 @dataclass(frozen=True)
 class ValueSensitivityRequest(Request):
     """Request for each pixel's sensitivity to edits at some scalar values: float32 (H, W, 3)."""
 
+    asks = "value_sensitivity"
     values: tuple[float, float]  # lowest and highest of the edit, in the data's units
     width: float  # standard deviation of the edit's flanks, in bins of the TF
-
-    def answer(self, engine: Engine, watch: Watch) -> Array:
-        """Differentiate the image."""
-        return engine.value_sensitivity(self, watch)
 
 
 @dataclass(frozen=True)
 class ValueVisibilityRequest(Request):
     """Request for how much of each pixel shows some scalar values: float32 (H, W), 0 to 1."""
 
+    asks = "value_visibility"
     values: tuple[float, float]
     width: float
-
-    def answer(self, engine: Engine, watch: Watch) -> Array:
-        """Look along the rays."""
-        return engine.value_visibility(self, watch)
 
 
 @dataclass(frozen=True)
 class VisibilityRequest(Request):
     """Request for the visibility of each scalar value in n regions: float32 (n, 256)."""
 
+    asks = "visibility"
     regions: tuple[ImageRegion, ...]
-
-    def answer(self, engine: Engine, watch: Watch) -> Array:
-        """Look along the rays."""
-        return engine.visibility(self, watch)
 
 
 class Engine(ABC):
@@ -274,10 +253,6 @@ class Engine(ABC):
     @abstractmethod
     def images(self, request: BatchRequest, watch: Watch = UNWATCHED) -> Array:
         """Draw several images."""
-
-    def latent_images(self, request: BatchRequest) -> Array:
-        """Draw images from latent codes; not offered by renderers."""
-        raise NotOfferedError("A renderer draws no latent codes; decode them to TFs first.")
 
     @abstractmethod
     def region_sensitivity(

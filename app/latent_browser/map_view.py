@@ -77,7 +77,9 @@ class MapView(KeyedWidget):
             self.width(), self.height(), center=((left + right) / 2, (lower + upper) / 2)
         )
         wanted = min(frame.width, frame.height) * 0.55 / (side * frame.scale)
-        if wanted > self.frame.zoom or not self._is_in_sight(brush):
+        if wanted > self.frame.zoom or not QRectF(self.rect()).contains(
+            self.frame.rectangle(brush)
+        ):
             self._set_frame(replace(frame, zoom=min(max(wanted, 1.0), 30.0)))
 
     def paintEvent(self, _event: QPaintEvent) -> None:
@@ -224,6 +226,3 @@ class MapView(KeyedWidget):
         radius = marks.RADIUS * min(self.frame.zoom**0.5, 2.5) * 0.8
         size = self.frame.width, self.frame.height
         return marks.draw_points(pixels, shades.colors[shades.order], size, radius)
-
-    def _is_in_sight(self, brush: Brush) -> bool:
-        return QRectF(self.rect()).contains(self.frame.rectangle(brush))

@@ -80,8 +80,8 @@ class SensitivityView(QObject):
         self.findings = FindingsPanel(
             asker, self.responses, self.actions, self.what_if, self.source, self._fold
         )
-        editor.add_to_header(self.chips)
-        editor.add_panel(self.findings)
+        editor.header.addWidget(self.chips)
+        editor.row.addWidget(self.findings)
         self._refreshes = self._listed_refreshes()
         self._connect()
         tag = self.band.tag

@@ -176,13 +176,13 @@ class TransferFunctionEditor(QFrame):
             self.pane_button, menu.presets_button, menu.colors_button, self._add_button,
             menu.button,
         ]  # fmt: skip
-        self._header = fill(
+        self.header = fill(
             QHBoxLayout(header), *self.header_controls, 0, margins=(8, 0, 8, 0), spacing=4
         )
         plots = fill(QVBoxLayout(), header)
         plots.addWidget(self.area.widget, 1)
-        self._row = fill(QHBoxLayout(self))
-        self._row.addLayout(plots, 1)
+        self.row = fill(QHBoxLayout(self))  # the panels at the right, as high as header and plots
+        self.row.addLayout(plots, 1)
         self.setMinimumHeight(LEAST_HEIGHT)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
@@ -200,14 +200,6 @@ class TransferFunctionEditor(QFrame):
     def sizeHint(self) -> QSize:
         """Return a size at which nothing is folded."""
         return QSize(CAPTIONED_FROM, LEAST_HEIGHT)
-
-    def add_to_header(self, widget: QWidget) -> None:
-        """Add controls at the right of the header."""
-        self._header.addWidget(widget)
-
-    def add_panel(self, widget: QWidget) -> None:
-        """Add a panel at the right, as high as header and plots."""
-        self._row.addWidget(widget)
 
     def _click(self, event: Any) -> None:
         """Take a click in one of the plots; handles keep their own clicks."""

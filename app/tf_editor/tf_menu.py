@@ -236,7 +236,7 @@ class TransferFunctionMenu(QObject):
         show_tips(self.menu)
         self.presets_button = _menu_button("Presets", "Presets ▾", PRESETS_TIP)
         self.presets = PresetMenu(state, area, self.presets_button)
-        self.presets.chosen.connect(self._use_preset)
+        self.presets.chosen.connect(lambda it: self._set(it.tf, f"preset {it.name}"))
         self.colors_button = _menu_button("Colour map", "▾", "Colours of the transfer function")
         self.colors_button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
         self.colors_menu = QMenu(self.colors_button)
@@ -275,7 +275,12 @@ class TransferFunctionMenu(QObject):
         self._add_axis_menu()
         self.menu.addSeparator()
         tip = "A colour stop at the mean of a mode moves with the mode"
-        follow = add_switch(self.menu, "Colours follow their mode", tip, self._set_follow)
+        follow = add_switch(
+            self.menu,
+            "Colours follow their mode",
+            tip,
+            partial(setattr, self._moves, "colors_follow"),
+        )
         follow.setChecked(self._moves.colors_follow)
 
     def _add_range_menu(self) -> None:
@@ -392,9 +397,6 @@ class TransferFunctionMenu(QObject):
     def _set_range(self, scalar_range: Range) -> None:
         self._layer.set_range(scalar_range)
         self._layer.show_range()
-
-    def _set_follow(self, on: bool) -> None:
-        self._moves.colors_follow = on
 
     def _reshape(self, opacity: OpacityTF, text: str) -> None:
         self._set(replace(self._state.transfer_function, opacity=opacity), text)

@@ -13,7 +13,7 @@ from toy_codec import toy_space
 from app.engines.engines import Builders
 from app.engines.pace import SCALES
 from app.engines.requests import UNWATCHED, Image, ImageRequest, Quality, ReferenceSettings
-from model.errors import NotOfferedError, VolumeError
+from model.errors import VolumeError
 from model.rendering.raster import Raster
 from model.scene.inputs import SceneInputs
 from model.scene.scene import Scene
@@ -132,19 +132,12 @@ class FakeEngine:
         return np.full(shape, (request.values[0] - 100) / 100, dtype=np.float32)
 
     def images(self, request, watch=UNWATCHED):
-        """Gray images, each .1 brighter than the one before."""
+        """Gray images, each .1 brighter than the last; of codes in [-1, 1], by their first."""
         self.others.append(request)
         shape = request.quality.pixels.shape
         levels = 0.1 * np.arange(1 + len(request.more), dtype=np.float32)
-        return np.ones((len(levels), *shape, 4), np.float32) * levels[:, None, None, None]
-
-    def latent_images(self, request):
-        """Images as bright as the first number of their codes, in [-1, 1]."""
-        self.others.append(request)
-        if not self.draws_codes:
-            raise NotOfferedError("The fake does not offer that.")
-        levels = (np.array(request.codes, np.float32)[:, 0] + 1) / 2
-        shape = request.quality.pixels.shape
+        if request.codes:
+            levels = (np.array(request.codes, np.float32)[:, 0] + 1) / 2
         return np.ones((len(levels), *shape, 4), np.float32) * levels[:, None, None, None]
 
     def _note(self, request):
