@@ -203,7 +203,6 @@ application.callback(invoke_without_command=True, subcommand_metavar="[FILE] | C
     options.as_function(Window)
 )
 
-
 OPTIONS = {".json": "--tf", ".tfscope": "--session"}  # by the suffix of a file
 
 

@@ -205,7 +205,18 @@ def _volume_drawer(asked: Render) -> Drawer:
     tf, volume = choose_tf(asked.tf, volume, chosen or scene is not None, asked.known_tf)
     if asked.draw_missing:
         volume = volume.drawing_missing(True)
-    _check_for_lighting(asked, lighting)
+    if lighting == "path" and asked.sample_distance is not None:
+        raise RenderError(
+            "Path-traced light has no steps along a ray; leave --sample-distance out, or give "
+            "--samples."
+        )
+    for given, what in (
+        (asked.samples, "Samples are counted"),
+        (asked.error, "Errors are estimated"),
+        (asked.denoise, "Pictures are denoised"),
+    ):
+        if given is not None and lighting != "path":
+            raise RenderError(f"{what} in path-traced light only.", lighting="path")
     size = scene.image_size if scene else DEFAULT_SIZE
     step = asked.sample_distance or (scene.sample_distance if scene else DEFAULT_SAMPLE_DISTANCE)
     nearby = line_distance(volume.proportions)
@@ -221,21 +232,6 @@ def _volume_drawer(asked: Render) -> Drawer:
         light=asked.light or light,
     )
     return (_path_traced if lighting == "path" else _rendered)(asked, drawer, place)
-
-
-def _check_for_lighting(asked: Render, lighting: Lighting) -> None:
-    if lighting == "path" and asked.sample_distance is not None:
-        raise RenderError(
-            "Path-traced light has no steps along a ray; leave --sample-distance out, or give "
-            "--samples."
-        )
-    for option, what in (
-        (asked.samples, "Samples are counted"),
-        (asked.error, "Errors are estimated"),
-        (asked.denoise, "Pictures are denoised"),
-    ):
-        if option is not None and lighting != "path":
-            raise RenderError(f"{what} in path-traced light only.", lighting="path")
 
 
 def _rendered(asked: Render, drawer: Drawer, place: _Place) -> Drawer:

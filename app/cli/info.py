@@ -79,20 +79,13 @@ def _card_rows(card: ModelCard) -> list[tuple[str, str]]:
     ]
     name = "training"
     while isinstance(course.get("seconds"), int | float):
-        rows.append((name, _course(course)))
+        of_stored = "samples_stored" in course
+        supply = f"of {course['samples_stored']:,} stored" if of_stored else "rendered meanwhile"
+        spent = f"{course['seconds'] / 60:.0f} minutes on {course['device']}"
+        rows.append((name, f"{spent}, {course['samples_seen']:,} samples seen, {supply}"))
         name, course = "before that", course.get("start", {})
     for name, value in card.metrics.get("holdout", {}).items():
         rows.append((f"hold-out {name}", f"{value:.4f}"))
     for name, error in errors_by_kind(card.metrics).items():
         rows.append((f"rmse, {name}", f"{error:.4f}"))
     return rows
-
-
-def _course(training: dict[str, Any]) -> str:
-    supply = "rendered meanwhile"
-    if "samples_stored" in training:
-        supply = f"of {training['samples_stored']:,} stored"
-    return (
-        f"{training['seconds'] / 60:.0f} minutes on {training['device']}, "
-        f"{training['samples_seen']:,} samples seen, {supply}"
-    )

@@ -111,17 +111,11 @@ class Train:
 
     def _of_epochs(self, changes: tuple[str, ...]) -> dict[str, Any]:
         """Return the fields that follow from a number of epochs."""
-        from model.training.options import (
-            PAPER_EPOCHS,
-            PAPER_IMAGES,
-            TrainingOptions,
-            halvings_of_epochs,
-            samples_of_epochs,
-        )
+        from model.training import options as training
 
-        epochs = self.epochs or PAPER_EPOCHS
-        recipe = TrainingOptions.faithful() if self.faithful else TrainingOptions()
-        images, reuse = PAPER_IMAGES, self.reuse
+        epochs, kind = self.epochs or training.PAPER_EPOCHS, training.TrainingOptions
+        recipe = kind.faithful() if self.faithful else kind()
+        images, reuse = training.PAPER_IMAGES, self.reuse
         if self.store is not None:
             # Late: with it comes Zarr.
             from model.samples.sample_store import SampleStore
@@ -131,8 +125,8 @@ class Train:
             # As often as in the paper is each image learned from.
             reuse = max(1.0, epochs)
         return {
-            "samples": samples_of_epochs(epochs, images, recipe.with_settings(changes)),
+            "samples": training.samples_of_epochs(epochs, images, recipe.with_settings(changes)),
             # The changes that were asked for come last, and so win.
-            "settings": (halvings_of_epochs(epochs) if self.faithful else ()) + changes,
+            "settings": (training.halvings_of_epochs(epochs) if self.faithful else ()) + changes,
             "reuse": reuse,
         }

@@ -28,20 +28,16 @@ def train_model(job: TrainingJob) -> None:
         with TrainingDisplay() as display:
             run_job(job, display.show)
     except KeyboardInterrupt:
-        _say_how_to_go_on(job)
+        if (job.out / STATE_FILE).exists():
+            again = shlex.join([*(a for a in sys.argv[1:] if a != "--resume"), "--resume"])
+            console.print(f"Stopped; the run is saved. Go on with: python main.py {again}")
+        else:
+            console.print("Stopped before there was anything to save.")
         raise
     console.print(recorded_errors(job.out))
     volume = [] if job.volume.path is None else ["--volume", str(job.volume.path)]
     window = shlex.join(["python", "main.py", "--model", str(job.out), *volume])
     console.print(f"The model is in {job.out}; open it with: {window}")
-
-
-def _say_how_to_go_on(job: TrainingJob) -> None:
-    if not (job.out / STATE_FILE).exists():
-        console.print("Stopped before there was anything to save.")
-        return
-    again = shlex.join([*(a for a in sys.argv[1:] if a != "--resume"), "--resume"])
-    console.print(f"Stopped; the run is saved. Go on with: python main.py {again}")
 
 
 class TrainingDisplay:

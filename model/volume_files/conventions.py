@@ -228,8 +228,7 @@ def evened(
 
 def _texts(attributes: Attributes) -> dict[str, str]:
     """Return the attributes that say what an axis is."""
-    texts = {name: attribute_text(attributes, name) for name in _TEXTS}
-    return {name: text for name, text in texts.items() if text}
+    return {name: text for name in _TEXTS if (text := attribute_text(attributes, name))}
 
 
 def _packing(attributes: Attributes, dtype: np.dtype[Any]) -> dict[str, Any]:

@@ -28,13 +28,11 @@ MOST_LISTED = 4
 LEAST_STEP = 1e-6  # distance in mm up to which two images lie at one place
 MOST_GAPS = 0.2  # share of distances up to which larger ones are gaps, not a change
 
-
 _KINDS = {
     "MONOCHROME1": "The file shows its lowest value as white (MONOCHROME1); the values are as "
     "stored, not inverted.",
     "PALETTE COLOR": "The colours of the file's look-up table are left out; its indices are read.",
 }
-
 
 _Order = tuple[list[Frame], float | None, tuple[str, ...], tuple[float, float]]
 """Images in the order of their places, their distance, notes, and their shift along x and y."""
@@ -212,7 +210,6 @@ DECODERS = {
     **{f"1.2.840.10008.1.2.4.{k}": "jpeg2k_decode" for k in (90, 91, 201, 202, 203)},
 }
 """Decoders of imagecodecs, by UID of the transfer syntax."""
-
 
 END_OF_IMAGE = b"\xff\xd9"
 ENDS_EARLY = "its compressed pixels stop before the end"

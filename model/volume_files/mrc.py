@@ -37,7 +37,11 @@ def read_mrc(path: Path, choice: Choice = LARGEST) -> Grid:
     values = read_part(path, shape, dtype.newbyteorder(order), place)
     if dtype == np.float16:
         values = values.astype(np.float32)
-    x, y, z = places = _places(path, header)
+    axes = [int(header[name]) for name in ("mapc", "mapr", "maps")]
+    axes = axes if any(axes) else [1, 2, 3]
+    if sorted(axes) != [1, 2, 3]:
+        raise damaged(path, f"its axes are {axes}, not 1, 2 and 3 in some order")
+    x, y, z = places = [axes.index(k) for k in (1, 2, 3)]
     # The file's axis k, fastest first, is the array's axis 2 - k.
     values = np.transpose(values, [2 - z, 2 - y, 2 - x, *range(3, values.ndim)])
     spacing, origin, unit, notes = _frame(header, places)
@@ -88,15 +92,6 @@ def _type(path: Path, header: np.ndarray, mode: int) -> tuple[int, np.dtype[np.g
     if dtype.kind == "c":
         return 2, np.dtype(np.float32)
     return 1, dtype
-
-
-def _places(path: Path, header: np.ndarray) -> list[int]:
-    """Return which of the file's axes, fastest first, each of x, y and z is."""
-    axes = [int(header[name]) for name in ("mapc", "mapr", "maps")]
-    axes = axes if any(axes) else [1, 2, 3]
-    if sorted(axes) != [1, 2, 3]:
-        raise damaged(path, f"its axes are {axes}, not 1, 2 and 3 in some order")
-    return [axes.index(k) for k in (1, 2, 3)]
 
 
 def _frame(

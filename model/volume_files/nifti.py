@@ -29,7 +29,6 @@ MGH_OFFSET = 284
 LABELS = 1002  # NIfTI's code of the intent that values are labels
 LEAST_OFFSETS = {"NIfTI-1": 352, "NIfTI-2": 544}
 
-
 ALIKE = 1e-3  # relative difference of voxel sizes below which they count as equal
 
 

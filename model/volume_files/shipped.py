@@ -59,12 +59,12 @@ def sample_of(volume: Volume) -> Sample | None:
 def designed_tf(volume: Volume) -> TransferFunction | None:
     """Return the TF that lies next to a shipped volume, or None for another one."""
     name = _file_name(volume)
-    return None if name is None else TransferFunction.load(_beside(RESOURCES / "volumes" / name))
+    return None if name is None else _tf_beside(RESOURCES / "volumes" / name)
 
 
 def scan_tf() -> TransferFunction:
     """Return the TF of the shipped scan, whose bytes are :data:`SCAN_HU`."""
-    return TransferFunction.load(_beside(SCAN))
+    return _tf_beside(SCAN)
 
 
 SCAN_HU = (-1000.0, 1500.0)  # Hounsfield units of the shipped scan's least and greatest byte
@@ -87,8 +87,8 @@ def _file_name(volume: Volume) -> str | None:
     return next((name for name in SAMPLES if name.startswith(start)), None)
 
 
-def _beside(path: Path) -> Path:
-    return path.with_suffix(".tf.json")
+def _tf_beside(path: Path) -> TransferFunction:
+    return TransferFunction.load(path.with_suffix(".tf.json"))
 
 
 LEAST_OPACITY = 0.5  # that a designed TF must reach at a volume's values to be used

@@ -337,7 +337,6 @@ PRINTED = (72, 96, 100, 120, 150, 200, 240, 300, 360, 600, 1200)  # of pages in 
 
 NO_UNITS = ("", "pixel", "pixels")
 
-
 Scale = tuple[Sequence[float | None] | None, str, tuple[str, ...]]
 """Voxel size along x, y and z, None for what is not known, its unit, and notes."""
 

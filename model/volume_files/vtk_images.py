@@ -33,7 +33,6 @@ LONGEST_HEADER = 1 << 20
 GHOSTS, VALID = ("vtkGhostType", "vtkGhostLevels"), "vtkValidPointMask"
 HIDDEN_POINT, HIDDEN_CELL = 2, 32  # bits of ghost types
 
-
 _OUTPUT_WINDOW = threading.Lock()  # guards VTK's output window, of which there is one per process
 _MESSAGE = re.compile(
     r"^(ERROR|Generic Warning): In [^\n]*\n(?:\w+ \(0x[0-9a-f]+\): )?([^\n]+)", re.MULTILINE
