@@ -298,10 +298,8 @@ def frames_of(file: DicomFile) -> list[Frame]:
         axes = axes or orientation
         if count > 1 and not per_frame and len(place) == 3 and len(axes) == 6:
             # In nuclear medicine they may follow each other against their normal.
-            goes_down = (
-                file.text("Modality") == "NM" and number_in(tags, "SpacingBetweenSlices") < 0
-            )
-            step = (measures or 1.0) * index * (-1 if goes_down else 1)
+            is_down = file.text("Modality") == "NM" and number_in(tags, "SpacingBetweenSlices") < 0
+            step = (measures or 1.0) * index * (-1 if is_down else 1)
             if len(offsets) == count:
                 step = offsets[index] - offsets[0]
             normal = np.cross(axes[:3], axes[3:])

@@ -54,13 +54,10 @@ class VolumeSource(Choice):
             typed_spacing(self.spacing)
         if self.stretch is not None:
             typed_stretch(self.stretch)
-        path = self.path
-        if path is None:
-            return
-        if not path.exists():
-            raise VolumeError(f"{path}: there is no such file or folder; check the path.")
-        if self.raw is None and path.is_file() and not is_known(path):
-            raise unknown_kind(path)
+        if self.path is not None and not self.path.exists():
+            raise VolumeError(f"{self.path}: there is no such file or folder; check the path.")
+        if self.path and self.raw is None and self.path.is_file() and not is_known(self.path):
+            raise unknown_kind(self.path)
 
     def _range(self) -> RangeChoice | None:
         return None if self.scalar_range is None else RangeChoice.parse(self.scalar_range)

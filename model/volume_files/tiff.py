@@ -117,17 +117,14 @@ def _flat(path: Path, images: list[StoredArray]) -> VolumeError:
             f"{path}: its slices differ in size, type or storage ({', '.join(sizes[:4])} of "
             f"{types}); keep those of one volume together."
         )
-    try:
+    slices = sum(1 for other in path.parent.glob(f"*{path.suffix}") if other.name[0] != ".")
+    if slices <= 2:
+        # Which says what is wrong.
         check_grid(path, dimensions_of(images[0]), images[0].dtype)
-    except VolumeError as error:
-        slices = sum(1 for other in path.parent.glob(f"*{path.suffix}") if other.name[0] != ".")
-        if slices > 2:
-            return VolumeError(
-                f"{path}: this is a flat image of {times(dimensions_of(images[0]))} pixels, not a "
-                f"volume; if it is one of the {slices} slices in its folder, open the folder."
-            )
-        return error
-    return damaged(path, "it has no pages")
+    return VolumeError(
+        f"{path}: this is a flat image of {times(dimensions_of(images[0]))} pixels, not a "
+        f"volume; if it is one of the {slices} slices in its folder, open the folder."
+    )
 
 
 def _kind_notes(tiff: TiffFile, series: TiffPageSeries, depth: str) -> tuple[str, ...]:

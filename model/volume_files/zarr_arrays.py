@@ -18,7 +18,6 @@ from model.volume_files.conventions import Coordinates
 from model.volume_files.grid import Grid, in_one_unit
 from model.volume_files.label_names import ome_labels
 
-SUFFIX = ".zarr"
 GREATEST_RATIO = 1 << 14
 MOST_CHUNK = 1 << 31
 MOST_UNWRITTEN = 1 << 28  # bytes of voxels that are believed however few chunks there are
