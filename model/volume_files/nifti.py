@@ -87,18 +87,9 @@ def read_nifti(path: Path, choice: Choice = LARGEST) -> Grid:
         start = unpacked_start(head.path, min(head.offset, LONGEST))
         labels = workbench_labels(start) or snap_labels(path)
     steps = None if head.spacing is None else [abs(size) for size in head.spacing]
-    grid = Grid(
-        values,
-        origin=head.origin,
-        notes=notes,
-        facts=FileFacts(
-            head.format,
-            head.unit,
-            contents=listed,
-            is_labels=head.is_labels,
-            labels=labels,
-        ),
-    )
+    said = head.is_labels
+    facts = FileFacts(head.format, head.unit, contents=listed, is_labels=said, labels=labels)
+    grid = Grid(values, origin=head.origin, notes=notes, facts=facts)
     return placed(grid, steps, head.directions, "RAS")
 
 
