@@ -206,6 +206,8 @@ class EngineClient(QObject):
         worker.finished.connect(self._clear_retired)
         self._worker = worker
         self._busy_text = busy_text
+        # Those who wait hear of each start: what the engine before was asked is lost.
+        self.state = EngineState.EMPTY
         self._enter(EngineState.LOADING, busy_text)
         worker.start()
 

@@ -55,8 +55,8 @@ class Mailbox:
             self._changed.wait_for(
                 lambda: self._closed or self._slots or self._is_woken or not waits
             )
-            self._is_woken = self._is_woken and not waits
             if self._closed or not self._slots:
+                self._is_woken = self._is_woken and not waits
                 return None
             channel = next(iter(self._slots))
             self._abandoned.discard(channel)

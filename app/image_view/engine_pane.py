@@ -192,7 +192,12 @@ class EnginePane(QWidget):
         self._is_finer_next = not result.is_last
         self._newest = request.sequence
         if result.image is None:
+            # Whatever was there is not what is asked for.
+            self._wanted, self._is_late, self.note = None, False, ""
+            self._patience.stop()
+            self.forget()
             self.canvas.show_message(result.error or "", theme.ON_IMAGE.error)
+            self._show_status()
             return
         rgba, by = result.image.rgba, result.image.by or self.client.description
         self.rgba, self._remark = rgba, result.remark or self.client.remark
@@ -261,7 +266,8 @@ class EnginePane(QWidget):
 
     def _status(self) -> tuple[str, Tone]:
         state = self.client.state
-        if state is EngineState.FAILED:
+        is_refused = self.rgba is None and self._newest >= 0 and self.canvas.message
+        if state is EngineState.FAILED or is_refused:
             return "failed", "error"
         if self.rgba is None:
             return "", "dim"

@@ -249,7 +249,7 @@ class ImageCanvas(KeyedWidget):
             if self.wiped is not None:
                 self._paint_wipe_line(painter, self.wiped[1])
         if self.message:
-            self._paint_message(painter)
+            self._paint_message(painter, self, self.rect())
         if self.progress is not None:
             paint_progress(painter, self.rect(), self.progress)
         if self.is_edited:
@@ -270,9 +270,12 @@ class ImageCanvas(KeyedWidget):
     def _paint_wiped(self, painter: QPainter, other: ImageCanvas, at: int) -> None:
         """Paint another canvas's picture to the right of a line."""
         painter.save()
-        painter.setClipRect(self.rect().adjusted(at, 0, 0, 0))
+        place = self.rect().adjusted(at, 0, 0, 0)
+        painter.setClipRect(place)
         paint_background(painter, self.rect(), self.background)
         self._paint_picture(painter, other)
+        if not self.message:
+            self._paint_message(painter, other, place)
         painter.restore()
 
     def _paint_wipe_line(self, painter: QPainter, at: int) -> None:
@@ -287,16 +290,16 @@ class ImageCanvas(KeyedWidget):
             painter.setPen(QColor(theme.ON_IMAGE.text))
             painter.drawText(box, flags, text)
 
-    def _paint_message(self, painter: QPainter) -> None:
-        painter.setPen(QColor(self._message_color))
+    def _paint_message(self, painter: QPainter, of: ImageCanvas, place: QRect) -> None:
+        painter.setPen(QColor(of._message_color))
         # Narrower than the canvas, as long lines are hard to read.
-        side = _MARGIN + (self.width() - 2 * _MARGIN) // 10
-        column = self.rect().adjusted(side, _MARGIN, -side, -_MARGIN)
-        place = Qt.AlignmentFlag.AlignCenter
+        side = _MARGIN + (place.width() - 2 * _MARGIN) // 10
+        column = place.adjusted(side, _MARGIN, -side, -_MARGIN)
+        flags = Qt.AlignmentFlag.AlignCenter
         if self.below_message is not None:
             column.setBottom(self.below_message.y() - _MARGIN)
-            place = Qt.AlignmentFlag.AlignHCenter | Qt.AlignmentFlag.AlignBottom
-        painter.drawText(column, place | Qt.TextFlag.TextWordWrap, self.message)
+            flags = Qt.AlignmentFlag.AlignHCenter | Qt.AlignmentFlag.AlignBottom
+        painter.drawText(column, flags | Qt.TextFlag.TextWordWrap, of.message)
 
 
 def _centred(size: QSize, whole: QRect) -> QRect:

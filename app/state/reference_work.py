@@ -135,7 +135,7 @@ class ReferenceWork(QObject):
         """Change some of the :class:`ReferenceChoices`, by name.
 
         A lighting is of the open volume; without one, of the next. Those that are to be kept are
-        kept for the next run; such a lighting is undone among the edits.
+        kept for the next run; such a lighting or renderer is undone among the edits.
         """
         if self._volume is None:
             self._asked_lighting = changes.get("lighting", self._asked_lighting)
@@ -145,12 +145,13 @@ class ReferenceWork(QObject):
         if is_shared and choices.lighting != lighting:
             # B keeps the light that it has.
             tf_input.look = replace(tf_input.look, lighting=lighting)
-        if keep and self._volume is not None and choices.lighting != lighting:
+        before, after = (LookOfB(each.lighting, each.drawing) for each in (self.choices, choices))
+        if keep and self._volume is not None and before != after:
             self._state.edits.change(
-                lambda shown: self._choose(replace(self.choices, lighting=shown), keep=True),
-                lighting,
-                choices.lighting,
-                "kind of light",
+                lambda shown: self._choose(replace(self.choices, **vars(shown)), keep=True),
+                before,
+                after,
+                "renderer" if choices.lighting == lighting else "kind of light",
             )
         self._choose(choices, keep)
 
@@ -279,6 +280,8 @@ class ReferenceWork(QObject):
             self.preparation.want(tuple(dict.fromkeys(groups)))
         self.settings, self.settings_b = map(self._nearest, wanted)
         is_alike = self.settings_b == self.settings
+        if is_alike and self._scheduler.settings_b is not None:
+            self._reference.free()
         self._scheduler.settings_b = None if is_alike else self.settings_b
         self._size_images()
         self._offer_light()

@@ -18,9 +18,9 @@ from PySide6.QtGui import QGuiApplication, QImage, QImageWriter
 from PySide6.QtWidgets import QDialog, QProgressDialog
 
 from app.engines.background import LatestCall
-from app.engines.client import Channels
+from app.engines.client import Channels, EngineState
 from app.engines.messages import Result
-from app.engines.requests import PictureRequest, Quality, ReferenceSettings
+from app.engines.requests import PictureRequest, Quality
 from app.figures.plots import save_image
 from app.state.at_work import AtWork
 from app.state.settings import FigureSettings
@@ -59,6 +59,8 @@ PREVIEW_SAMPLES, ENLARGED = 4, 3
 """Of each pixel of a path-traced preview, and the factor by which it is enlarged for its marks,
 which would be too large in so small a picture."""
 
+WITHOUT_ENGINE = EngineState.LOADING, EngineState.WAITING  # one follows, for which figures wait
+
 STEPS = 1000  # of a figure's progress
 LEAST_PART = 0.03  # of a figure or movie from which the time of the rest is estimated
 
@@ -71,7 +73,7 @@ class _Job:
     place: Path | None
     frames: list[SceneInputs]
     subject: Subject
-    settings_b: ReferenceSettings | None  # that B is drawn with, where not with those of A
+    chosen: Any  # what the user has chosen: another engine that is started for it draws the same
     by_flip: bool = False
     images: dict[str, tuple[Rgba, float]] = field(default_factory=dict)
     error: float | None = None  # estimated error of the reference's image; None without an estimate
@@ -86,6 +88,10 @@ class _Job:
         if self.choice.which == "difference":
             return ["generator", "reference"]
         return [name for name in self.choice.names if name != "difference"]
+
+    @property
+    def lacking(self) -> list[str]:
+        return [name for name in self.names if name not in self.images]
 
     @property
     def kind(self) -> str:
@@ -190,7 +196,8 @@ class FigureSaving(QObject):
         for which in two:
             pane = self._panes[which]
             image = pane.canvas.image
-            if image is None or not pane.client.is_ready:
+            is_ready = pane.client.is_ready or pane.client.state is EngineState.LOADING
+            if image is None or not is_ready:
                 continue
             found[which] = image.width(), image.height()
             if pane.engine == "exact":
@@ -236,7 +243,7 @@ class FigureSaving(QObject):
             self._writing.ask(partial(write_movie, place, job.written(), choice.rate))
             self._show_progress("Save movie", what, len(frames))
         self._context.status.say(what)
-        _ask(self._channels, job, choice.samples)
+        self._ask(self._channels, job, choice.samples)
 
     def cancel(self) -> None:
         """Give up what is being drawn."""
@@ -250,12 +257,31 @@ class FigureSaving(QObject):
         self._comparing.join()
 
     def _new_job(self, choice: FigureChoice, place: Path | None, frames: list[SceneInputs]) -> _Job:
-        work, tf_b = self._context.workspace.reference, self._context.state.tf_input.of("B")
-        settings_b = None if work.settings_b == work.settings else work.settings_b
+        tf_b = self._context.state.tf_input.of("B")
         titles = {name: pane.title for name, pane in self._panes.items()}
         subject = replace(self._overlays.subject, titles=titles, tf_b=tf_b)
-        by_flip = "difference" in choice.names and self._error.choice == "flip"
-        return _Job(choice, place, frames, subject, settings_b, by_flip)
+        by_flip = "difference" in choice.names and self._error.is_by_flip
+        return _Job(choice, place, frames, subject, self._chosen, by_flip)
+
+    @property
+    def _chosen(self) -> tuple[object, ...]:
+        workspace, opened = self._context.workspace, self._context.workspace.opened
+        look, volume = self._context.state.tf_input.look, opened and opened.volume
+        return volume, workspace.model.folder, workspace.reference.choices, look
+
+    def _ask(self, channels: Channels[str], job: _Job, samples: int, enlarged: int = 1) -> None:
+        """Ask for those images of a job's next frame that it lacks, in pixels of this size."""
+        size, work = panels(job.choice)[-1].size() / enlarged, self._context.workspace.reference
+        raster = Raster(max(size.width(), 1), max(size.height(), 1))
+        for name in job.lacking:
+            each = 1 if name == "generator" else max(samples, 1)
+            quality = Quality(raster.shorter, raster=raster, samples=each)
+            inputs, settings = job.frames[job.drawn], None
+            tf_b = job.subject.tf_b
+            if name == "b" and tf_b is not None:
+                inputs = replace(inputs, opacity_tf=tf_b.opacity, color_tf=tf_b.color)
+                settings = None if work.settings_b == work.settings else work.settings_b
+            channels[name].ask(PictureRequest(inputs, quality, settings=settings))
 
     def _which(self) -> Which:
         if self._context.state.tf_input.compares:
@@ -284,7 +310,7 @@ class FigureSaving(QObject):
         job.images[name] = result.value, self._brightness(name)
         if name == "reference":
             job.error = None if result.image is None else result.image.error
-        if len(job.images) == len(job.names):
+        if not job.lacking:
             self._compose(job)
 
     def _compose(self, job: _Job) -> None:
@@ -324,7 +350,7 @@ class FigureSaving(QObject):
             job.pictures.put(None)
             self._context.status.say("Writing the movie …")
         else:
-            _ask(self._channels, job, choice.samples)
+            self._ask(self._channels, job, choice.samples)
 
     def _deliver(self, image: QImage, place: Path | None) -> None:
         if place is None:
@@ -338,11 +364,18 @@ class FigureSaving(QObject):
         self._context.status.say(f"Saved {path.absolute()}.")
 
     def _follow(self, name: str, _state: object) -> None:
-        """Give up where another engine is started, as it will not answer."""
-        job = self._job
-        is_awaited = job is not None and name in job.names and name not in job.images
-        if job is not None and is_awaited and not self._panes[name].client.is_ready:
+        """Ask another engine that is started; give up where it is to draw something else."""
+        job, client, preview = self._job, self._panes[name].client, self._preview
+        is_started = client.state is EngineState.LOADING
+        if preview is not None and is_started:
+            self._preview = None
+            self._ask_for_preview(preview[0], preview[0].choice())
+        if job is None or name not in job.lacking or client.is_ready:
+            return
+        if job.chosen != self._chosen or client.state not in WITHOUT_ENGINE:
             self._fail(CHANGED.format(job.kind))
+        elif is_started:
+            self._ask(self._channels, job, job.choice.samples)
 
     def _show_part(self, part: float | None) -> None:
         """Show how much of a figure is there, once it takes long."""
@@ -416,7 +449,7 @@ class FigureSaving(QObject):
         if job.images or choice.which == "difference":
             self._show_preview()
         else:
-            _ask(self._previews, job, min(choice.samples, PREVIEW_SAMPLES), ENLARGED)
+            self._ask(self._previews, job, min(choice.samples, PREVIEW_SAMPLES), ENLARGED)
 
     def _take_preview(self, name: str, result: Result) -> None:
         if self._preview is not None and result.value is not None:
@@ -440,21 +473,6 @@ class FigureSaving(QObject):
 def _shape(choice: FigureChoice) -> tuple[Which, int, int]:
     """Part of a preview's choice that decides which images it needs."""
     return choice.which, choice.width, choice.height
-
-
-def _ask(channels: Channels[str], job: _Job, samples: int, enlarged: int = 1) -> None:
-    """Ask for the images of a job's next frame, in pixels of this size."""
-    size = panels(job.choice)[-1].size() / enlarged
-    raster = Raster(max(size.width(), 1), max(size.height(), 1))
-    for name in job.names:
-        each = 1 if name == "generator" else max(samples, 1)
-        quality = Quality(raster.shorter, raster=raster, samples=each)
-        inputs, settings = job.frames[job.drawn], None
-        tf_b = job.subject.tf_b
-        if name == "b" and tf_b is not None:
-            inputs = replace(inputs, opacity_tf=tf_b.opacity, color_tf=tf_b.color)
-            settings = job.settings_b
-        channels[name].ask(PictureRequest(inputs, quality, settings=settings))
 
 
 def _add_texts(image: QImage, job: _Job) -> None:

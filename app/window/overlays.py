@@ -28,6 +28,7 @@ from app.window.figure import (
     Subject,
     legend_of,
 )
+from model.errors import missing
 from model.scene.inputs import SceneInputs
 from model.scene.transfer_function import OpacityTF, TransferFunction
 
@@ -169,7 +170,7 @@ class ImageError(QObject):
     @property
     def compared(self) -> Comparison | None:
         """The image that is compared, and the reference's; None where they do not compare."""
-        if not {self.pane, self._reference} <= self._shown.keys():
+        if not {self.pane, self._reference} <= self._shown.keys() or self.pane.rgba is None:
             return None
         (inputs, drawn), (others, truth) = self._shown[self.pane], self._shown[self._reference]
         state, is_b = self._state, self.pane is self._pane_b
@@ -185,6 +186,13 @@ class ImageError(QObject):
     def choice(self) -> DifferenceChoice:
         """How the difference is measured."""
         return self._preferences.settings.difference
+
+    @property
+    def is_by_flip(self) -> bool:
+        """Whether a figure's difference is FLIP; says so where FLIP is not installed."""
+        if self.choice == "flip" and (clause := missing("evaluate")) is not None:
+            self._refuse(f"For this {clause}")
+        return self.choice == "flip"
 
     def choose(self, choice: DifferenceChoice) -> None:
         """Measure the difference otherwise."""
@@ -266,7 +274,7 @@ class ImageError(QObject):
             self._clear()
 
     def _clear(self) -> None:
-        if self._difference is None and not (self._generator.note or self._pane_b.note):
+        if self._compared is None and not (self._generator.note or self._pane_b.note):
             return
         self._difference = self._compared = None
         for pane in (self._generator, self._pane_b):

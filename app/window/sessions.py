@@ -98,10 +98,10 @@ class Sessions(QObject):
             self._workspace.reference,
             context.state.tf_input,
         )
-        # Not "auto": another machine might choose another light.
+        # Not "auto": another machine might choose another light. Nor that until kernels are there.
         look_b = tf_input.look
         if tf_input.compares and look_b.lighting is not None:
-            look_b = replace(look_b, lighting=work.settings_b.lighting)
+            look_b = replace(look_b, lighting=work.wanted_b.lighting)
         memory = replace(
             self._preferences.volume(opened.fingerprint),
             **NOT_HELD,
@@ -112,7 +112,7 @@ class Sessions(QObject):
             view=inputs.view,
             **{n: each.value for n, each in context.state.edited.items() if n != "mask"},
             mask="",
-            lighting=work.settings.lighting,
+            lighting=work.wanted.lighting,
         )
         band = context.sensitivity.band
         kept = band.values if band is not None and band.kept else None

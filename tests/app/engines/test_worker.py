@@ -1,4 +1,5 @@
 import threading
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -6,7 +7,15 @@ from rested_window import act_until
 from window_fakes import PATIENCE_S, FakeEngine, RefiningEngine, make_request
 
 from app.engines.client import Channel, EngineClient, EngineState
-from app.engines.requests import IMAGES, UNWATCHED, ImageRequest, SupersededError, VisibilityRequest
+from app.engines.requests import (
+    IMAGES,
+    IMAGES_B,
+    UNWATCHED,
+    ImageRequest,
+    ReferenceSettings,
+    SupersededError,
+    VisibilityRequest,
+)
 from app.engines.worker import EngineWorker
 from model.errors import CheckpointError, RenderError
 from model.scene.region import Region
@@ -54,6 +63,26 @@ def test_a_stale_result_is_dropped(qtbot):
     ]
     assert [r.sequence for r in harness.engine.requests] == [5, 3, 6]
     harness.end(qtbot)
+
+
+def test_engines_of_settings_are_closed_after_what_waits(qtbot):
+    gate, engines = threading.Semaphore(0), []
+
+    def build(settings=None):
+        engines.append(FakeEngine(gate=gate))
+        return engines[-1]
+
+    worker = EngineWorker(build, "test")
+    act_until(qtbot, worker.engineReady, worker.start)
+    worker.submit(replace(make_request(1), settings=ReferenceSettings(), channel=IMAGES_B))
+    qtbot.waitUntil(lambda: len(engines) == 2 and bool(engines[1].requests))
+    worker.submit(make_request(2))
+    worker.free()
+    gate.release(2)
+    qtbot.waitUntil(lambda: engines[1].closed)
+    assert engines[0].requests and not engines[0].closed
+    act_until(qtbot, worker.finished, worker.stop)
+    worker.join()
 
 
 @pytest.mark.parametrize(

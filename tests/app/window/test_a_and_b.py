@@ -10,6 +10,7 @@ from rested_window import act_until, open_volume, rested, settle
 
 from app.engines.requests import IMAGES_B
 from app.window.figure import FigureChoice, pixels_of
+from model import errors
 from model.metrics import flip
 from model.scene.ranges import fit_to_range
 
@@ -146,6 +147,42 @@ def test_b_has_a_light_of_its_own(qtbot, window, builders, tmp_path, monkeypatch
     assert window.pane_b.rgba is None is window.pane_b.canvas.image
 
 
+def test_renderers_that_were_exchanged_come_back(qtbot, window, builders):
+    work, tf_input = window.workspace.reference, window.state.tf_input
+    work.choose_look(drawing="vtk")
+    settle(qtbot, window)
+    work.swap()
+    assert (work.choices.drawing, tf_input.look.drawing) == ("vtk", "raycast")
+    window.state.edits.undo()
+    assert (work.choices.drawing, tf_input.look.drawing) == ("raycast", "vtk")
+    window.state.edits.redo()
+    assert (work.choices.drawing, tf_input.look.drawing) == ("vtk", "raycast")
+    work.choose(drawing="raycast")
+    # Alike, both are one engine's.
+    work.choose_look(drawing="vtk")
+    settle(qtbot, window)
+    b = builders.references[-1]
+    work.choose_look(drawing="raycast")
+    qtbot.waitUntil(lambda: b.closed)
+
+
+def test_what_b_cannot_be_drawn_by_is_said_there(qtbot, window, builders):
+    builders.failing, canvas = "soft", window.pane_b.canvas
+    window.workspace.reference.choose_look(lighting="soft")
+    qtbot.waitUntil(lambda: "no light" in canvas.message)
+    window.pane_b._be_late()
+    assert not window.pane_b._patience.isActive() and window.pane_b.status == "failed"
+    assert window.reference.status != "failed" and not window.reference.canvas.message
+    assert not window.errors and window.image_error.compared is None and not window.pane_b.note
+    # In one image, too.
+    QTest.keyClick(window, Qt.Key.Key_W, CTRL_SHIFT)
+    said = window.reference.canvas.grab().toImage()
+    canvas.message = ""
+    assert window.reference.canvas.grab().toImage() != said
+    window.state.edits.undo()
+    qtbot.waitUntil(lambda: window.pane_b.note == "same as A" and not canvas.message)
+
+
 def test_a_click_that_gives_the_focus_asks_nothing(qtbot, window):
     canvases = [pane.canvas for pane in window.panes.images]
     labels, asked = window.sensitivity.labels[1:], window.sensitivity_state
@@ -261,6 +298,22 @@ def test_the_difference_may_be_flip(qtbot, window, tmp_path):
     window.saving.draw(FigureChoice(300, 100, which="a_b_difference"), place)
     qtbot.waitUntil(place.exists)
     assert window.sessions.session().content.settings.difference == "flip"
+
+
+def test_without_flip_the_difference_is_of_colors(qtbot, window, tmp_path, monkeypatch):
+    find = errors.find_spec
+    monkeypatch.setattr(errors, "find_spec", lambda n: None if "flip" in n else find(n))
+    QTest.keyClick(window, Qt.Key.Key_D)
+    window.image_error.choose("flip")
+    qtbot.waitUntil(lambda: "flip-evaluator must be installed" in window.notice.text)
+    assert window.image_error.choice == "colors" and window.image_error._difference
+    # As a session may have it.
+    window.notice.clear()
+    window.preferences.set(difference="flip")
+    place = tmp_path / "both.png"
+    window.saving.draw(FigureChoice(300, 100, which="a_b_difference"), place)
+    qtbot.waitUntil(place.exists)
+    assert "flip-evaluator" in window.notice.text and window.image_error.choice == "colors"
 
 
 def test_in_one_image_the_line_divides_a_from_b(qtbot, window):

@@ -1,3 +1,4 @@
+import time
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,6 +13,7 @@ from window_fakes import PATIENCE_S
 
 from app.engines.client import EngineState
 from app.engines.engines import REAL_BUILDERS
+from app.engines.requests import SupersededError
 from app.image_view.picture import BLACK
 from app.state import generator_work, reference_choices, reference_work
 from app.state.generator_work import PATH_TITLE
@@ -107,6 +109,34 @@ def test_vtk_draws_until_the_kernels_are_compiled(qtbot, builders, monkeypatch):
     work.choose(lighting="soft")
     # They were of another light, or may be of another volume.
     assert not answers.regions
+
+
+def test_figures_wait_for_the_engine_and_sessions_keep_the_light_that_follows(
+    qtbot, builders, monkeypatch, tmp_path
+):
+    monkeypatch.setattr(reference_work, "Preparation", HeldPreparation)
+    window = opened(qtbot, builders)
+    work, place = window.workspace.reference, tmp_path / "figure.png"
+    window.workspace.open_model(None)
+    window.workspace.opening.open(Path("ramp"))
+    window.show()
+    client = window.reference.client
+    qtbot.waitUntil(lambda: client.is_settled, timeout=1000 * PATIENCE_S)
+
+    def give_up(request, watch):
+        while watch.is_wanted():
+            time.sleep(0.01)
+        raise SupersededError
+
+    builders.references[-1].picture = give_up
+    window.saving.draw(FigureChoice(90, 40), place)
+    assert work.settings.lighting == "direct"
+    assert window.sessions.session().content.memory.lighting == "path"
+    work.preparation.finish(work.preparation.wanted[0])
+    # Its image is still there.
+    assert client.state is EngineState.LOADING and window.saving.sizes()
+    qtbot.waitUntil(place.exists, timeout=1000 * PATIENCE_S)
+    assert not window.notice.text
 
 
 def test_one_image_is_shown_until_the_path_tracer_can_draw(qtbot, builders, network, monkeypatch):
