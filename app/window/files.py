@@ -70,6 +70,8 @@ class Files(QObject):
         self._reading = ""
         # Each call returns what is to be done in the window with what it read or wrote.
         self._masks = LatestCall("masks", self, lambda go_on: go_on(), self._fail, at_once=True)
+        # What goes on with masks that are read ends with their volume; what is written does not.
+        self._writes = LatestCall("mask", self, lambda go_on: go_on(), self._fail, at_once=True)
 
     def open(self, path: Path) -> None:
         """Open a file or folder as what it is: a volume, a model, a TF or a session."""
@@ -227,12 +229,15 @@ class Files(QObject):
                 write_mask(path, mask, opened.volume)
                 return partial(self._status.say, f"Saved {path.absolute()}.")
 
-            self._masks.ask(write)
+            # The one before may go to the same file.
+            self._writes.join()
+            self._writes.ask(write)
 
     def join(self) -> None:
         """Wait until no mask is read or written any more."""
-        self._masks.stop()
-        self._masks.join()
+        for call in (self._masks, self._writes):
+            call.stop()
+            call.join()
 
     def ask_for_content(self) -> None:
         """List what the open volume's file holds, to choose from."""
@@ -292,6 +297,8 @@ class Files(QObject):
         """Ask which of a file's volumes to show, and say where a model is of another volume."""
         # Labels that are read were meant for the volume before.
         self._masks.forget()
+        for dialog in self._window.findChildren(LabelsDialog):
+            dialog.reject()
         opened = self._workspace.opened
         if opened is not None and (self._choice is None or self._choice[0] != opened.path):
             self.ask_for_content()

@@ -89,8 +89,9 @@ class Ruler(QObject):
         if not found:
             say(NOTHING)
             return
-        line = (*self._first, found[0][0])
-        self.is_on, self._first = not self._first, line[:1]
+        # A first place that is gone was one of the volume before.
+        line = (*(self._first if subject.line else ()), found[0][0])
+        self.is_on, self._first = len(line) < 2, line[:1]
         self._show(line)
         say(SECOND if self.is_on else f"Distance: {subject.scale.length_text(*line)}")
 

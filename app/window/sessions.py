@@ -81,11 +81,14 @@ class Sessions(QObject):
 
     def _save(self, path: Path, session: Session, mask: Mask | None, volume: Volume) -> None:
         """Write a session, and next to it its mask, which takes a while if it is large."""
-        name = "" if mask is None else f"{path.stem}.mask.nrrd"
+        # Another name than is proposed for a mask that is saved on its own.
+        name = "" if mask is None else f"{path.name}.mask.nrrd"
         content = session.content
         content = replace(content, memory=replace(content.memory, mask=name))
         replace(session, content=content).save(path)
         if mask is not None:
+            # The one before may go to the same file, and must not come after this one.
+            self.join()
             self._masks.ask(partial(write_mask, path.with_name(name), mask, volume))
 
     def session(self) -> Session | None:

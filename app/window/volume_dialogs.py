@@ -6,7 +6,7 @@ from collections.abc import Callable, Collection, Sequence
 from functools import partial
 from pathlib import Path
 
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QSignalBlocker, Qt
 from PySide6.QtGui import QColor, QIcon, QPixmap
 from PySide6.QtWidgets import (
     QAbstractItemView,
@@ -199,8 +199,12 @@ class LabelsDialog(QDialog):
         return [value for value, is_on in zip(self._values, checks, strict=True) if is_on]
 
     def _check_all(self, is_on: bool) -> None:
-        for row in range(self.list.count()):
-            self.list.item(row).setCheckState(_CHECKS[is_on])
+        # Once for all of them: there may be thousands.
+        with QSignalBlocker(self.list):
+            for row in range(self.list.count()):
+                self.list.item(row).setCheckState(_CHECKS[is_on])
+        self._offer()
+        self.list.viewport().update()
 
     def _offer(self) -> None:
         self.show_button.setEnabled(bool(self.chosen))

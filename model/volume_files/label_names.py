@@ -91,7 +91,7 @@ def told_apart(grid: Grid) -> Grid:
     named = []
     for number, value in enumerate(found.tolist(), start=first):
         own = labels.get(int(value), Label(int(value)))
-        name = f"{value:g} {own.name}".rstrip()
+        name = f"{value:.12g} {own.name}".rstrip()
         named.append(replace(own, value=number, name=name, number=int(value)))
     last = first + len(found) - 1
     note = (

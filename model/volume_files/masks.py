@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import gzip
 from collections.abc import Collection
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import isclose
 from pathlib import Path
 from typing import Any
@@ -46,19 +46,28 @@ class LabelMap:
     def names(self, value: float) -> list[str]:
         """Return a label's number in the file, and its name if it has one."""
         label = self.label(value)
-        return [f"{value if label.number is None else label.number:g}", *filter(None, [label.name])]
+        number = f"{value if label.number is None else label.number:.12g}"
+        # One that is numbered anew has the file's number in its name.
+        name = label.name if label.number is None else label.name.removeprefix(number).strip()
+        return [number, *filter(None, [name])]
 
     def named_by(self, text: str) -> list[float]:
         """Return the labels that numbers and names with commas between them say, or refuse it."""
         known = {value: self.names(value) for value in self.values}
-        found = list[float]()
-        for word in filter(None, map(str.strip, text.split(","))):
-            fits = [v for v, names in known.items() if word.lower() in map(str.lower, names)]
-            if not fits:
+        found, words = list[float](), text.split(",")
+        while words:
+            # Names may have commas, too: the longest one counts.
+            for count in range(len(words), 0, -1):
+                word = ",".join(words[:count]).strip()
+                fits = [v for v, names in known.items() if word.lower() in map(str.lower, names)]
+                if fits or not word:
+                    break
+            else:
                 there = [" ".join(names) for names in known.values()]
                 there[MOST_NAMED:] = ["…"] * (len(there) > MOST_NAMED)
                 raise TfscopeError(f"{self.name} has no label '{word}'; it has {', '.join(there)}.")
             found += fits
+            del words[:count]
         return found
 
     def mask(self, shown: Collection[float]) -> Mask | None:
@@ -73,14 +82,18 @@ class LabelMap:
         return [float(value) for value in found if value != 0] or self.values
 
 
-def read_labels(path: Path, volume: Volume) -> LabelMap:
+def read_labels(path: Path, volume: Volume, is_kept: bool = False) -> LabelMap:
     """Read labels for a volume; those of another grid are resampled, and a note says so.
 
+    What is kept goes by the voxels' numbers: another spacing may have been typed since.
     Raises :class:`TfscopeError` for a file that has no labels, or whose grid is not known to lie
     where the volume does.
     """
     labels = read_volume(path)
-    voxels, note = _on_grid(labels, volume)
+    if labels.missing is not None:
+        labels = replace(labels, voxels=np.where(labels.missing, 0, labels.voxels))
+    is_same = is_kept and labels.dimensions == volume.dimensions
+    voxels, note = (labels.voxels, "") if is_same else _on_grid(labels, volume)
     values = _values(voxels)
     if len(values) > MOST_LABELS:
         raise VolumeError(
@@ -99,8 +112,8 @@ def _values(voxels: NDArray[np.generic]) -> NDArray[np.generic]:
 
 
 def read_mask(path: Path, volume: Volume) -> Mask | None:
-    """Read the mask of a volume that shows a file's labels but 0; None shows all voxels."""
-    labels = read_labels(path, volume)
+    """Read the mask that is kept of a volume: a file's labels but 0; None shows all voxels."""
+    labels = read_labels(path, volume, is_kept=True)
     return labels.mask(labels.values)
 
 
@@ -154,9 +167,8 @@ def _frame(volume: Volume) -> NDArray[np.float64] | None:
     facts = volume.file
     if not facts.directions:
         return None
-    frame = np.eye(4)
-    steps = np.array(volume.spacing) / (1, 1, facts.stretch)
-    frame[:3, :3], frame[:3, 3] = np.array(facts.directions).T * steps, volume.origin
+    frame, (steps, origin) = np.eye(4), _unstretched(volume)
+    frame[:3, :3], frame[:3, 3] = np.array(facts.directions).T * steps, origin
     if is_space(facts.space):
         to_ras = np.zeros((4, 4))
         for k, letter in enumerate(facts.space):
@@ -165,6 +177,11 @@ def _frame(volume: Volume) -> NDArray[np.float64] | None:
         frame = to_ras @ frame
     frame[:3] *= METRES.get(facts.spacing_unit.lower(), METRES["mm"])
     return frame if abs(np.linalg.det(frame[:3, :3])) > 0 else None
+
+
+def _unstretched(volume: Volume) -> NDArray[np.float64]:
+    """Spacing and origin of a volume (2, 3), as its file says them."""
+    return np.array([volume.spacing, volume.origin]) / (1, 1, volume.file.stretch)
 
 
 def write_mask(path: Path, mask: Mask, volume: Volume) -> None:
@@ -185,8 +202,9 @@ def write_mask(path: Path, mask: Mask, volume: Volume) -> None:
 
 def _nrrd_head(volume: Volume) -> bytes:
     facts, unit = volume.file, f'"{volume.file.spacing_unit}"'
-    axes = np.array(facts.directions or np.eye(3)) * np.array(volume.spacing)[:, None]
-    vectors = [f"({','.join(map(repr, vector))})" for vector in (*axes.tolist(), volume.origin)]
+    spacing, origin = _unstretched(volume)
+    axes = np.array(facts.directions or np.eye(3)) * spacing[:, None]
+    vectors = [f"({','.join(map(repr, vector))})" for vector in [*axes.tolist(), origin.tolist()]]
     lines = [
         "NRRD0004",
         "type: uint8",
@@ -212,7 +230,7 @@ def _nifti(mask: Mask, volume: Volume) -> bytes:
     header, metres = image.header, METRES.get(volume.file.spacing_unit.lower())
     # In millimetres, as NIfTI has few units.
     in_mm = 1.0 if metres is None else metres / METRES["mm"]
-    header.set_zooms(np.array(volume.spacing) * in_mm)
+    header.set_zooms(_unstretched(volume)[0] * in_mm)
     header.set_xyzt_units("unknown" if metres is None else "mm")
     header.set_intent("label")
     frame = _frame(volume)

@@ -1,5 +1,7 @@
 """Pieces and masks in the window: found at a click, shown, undone, kept, saved and opened."""
 
+import time
+
 import numpy as np
 import pytest
 import SimpleITK
@@ -17,7 +19,7 @@ from app.window.volume_dialogs import LabelsDialog
 from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF, TransferFunction
 from model.scene.view import View
 from model.scene.volume import FileFacts, Volume
-from model.volume_files.masks import read_mask
+from model.volume_files.masks import read_mask, write_mask
 
 RANGE = (0.0, 200.0)
 TF = TransferFunction(
@@ -114,12 +116,27 @@ def test_a_piece_is_shown_alone_or_cut_away_and_each_is_one_edit(qtbot, window):
     assert is_left(shown(window))
 
 
-def test_a_mask_is_there_in_the_next_run_and_in_sessions(qtbot, window, builders, tmp_path):
+def test_a_mask_is_there_in_the_next_run_and_in_sessions(
+    qtbot, window, builders, tmp_path, monkeypatch
+):
     click(qtbot, window, 0.42).text.linkActivated.emit("a0")
     mask, session = window.state.inputs.mask, tmp_path / "a.tfscope"
+    running, most = [], []
+
+    def write(*args):
+        running.append(args)
+        most.append(len(running))
+        time.sleep(0.05)
+        write_mask(*args)
+        running.pop()
+
+    monkeypatch.setattr("app.window.sessions.write_mask", write)
+    # Again before the first one is written: one after the other.
+    window.sessions.save(session)
     window.sessions.save(session)
     window.sessions.join()
-    assert read_mask(tmp_path / "a.mask.nrrd", blocks()) == mask
+    assert most == [1, 1]
+    assert read_mask(tmp_path / "a.tfscope.mask.nrrd", blocks()) == mask
     window.close()
     window = opened(qtbot, builders, tmp_path)
     assert window.state.inputs.mask == mask
@@ -136,7 +153,7 @@ def test_a_mask_is_there_in_the_next_run_and_in_sessions(qtbot, window, builders
     act_until(qtbot, window.workspace.volumeStarted, window.files.open, before)
     assert shown(window) is None
     act_until(qtbot, window.workspace.volumeStarted, window.files.open, session)
-    (tmp_path / "a.mask.nrrd").unlink()
+    (tmp_path / "a.tfscope.mask.nrrd").unlink()
     act_until(qtbot, window.workspace.volumeStarted, window.files.open, session)
     assert shown(window) is None
     assert "All voxels are shown" in window.notice.text and "no such file" in window.notice.text
@@ -155,15 +172,18 @@ def test_masks_are_saved_and_opened(qtbot, window, tmp_path, monkeypatch):
     assert window.state.edits.stack.undoText() == "open mask"
 
 
-def test_labels_of_a_file_are_chosen(qtbot, window, tmp_path):
+def test_labels_of_a_file_are_chosen(qtbot, window, builders, tmp_path):
     labels = np.zeros((12, 12, 12), np.uint8)
     labels[..., 2:5], labels[..., 5:8], labels[..., 8:] = 1, 2, 3
     first = asked(qtbot, window, tmp_path / "labels.nrrd", labels)
     assert [first.list.item(row).text() for row in range(3)] == ["Left (1)", "2", "3"]
     assert first.list.item(0).icon().pixmap(9).toImage().pixelColor(4, 4).name() == "#ff0000"
     assert first.chosen == [1, 2, 3]
+    # Thousands are checked as one change.
+    changes = []
+    first.list.itemChanged.connect(changes.append)
     QTest.mouseClick(next(b for b in first.findChildren(QPushButton) if b.text() == "&None"), LEFT)
-    assert not first.show_button.isEnabled()
+    assert not first.show_button.isEnabled() and len(changes) < 2
     for row in (0, 2):
         first.list.setCurrentRow(row)
         QTest.keyClick(first.list, Qt.Key.Key_Space)
@@ -181,6 +201,11 @@ def test_labels_of_a_file_are_chosen(qtbot, window, tmp_path):
     window.files.open_mask(tmp_path / "half.nrrd")
     qtbot.waitUntil(lambda: "half has 6 x 12 x 12 voxels" in window.notice.text)
     np.testing.assert_array_equal(shown(window), (labels == 1) | (labels == 3))
+    # The question ends with its volume.
+    asked(qtbot, window, tmp_path / "labels.nrrd", labels)
+    builders.volumes["other"] = blocks((12, 12, 13))
+    open_volume(qtbot, window, "other")
+    assert not any(d.isVisible() for d in window.findChildren(LabelsDialog))
 
 
 def asked(qtbot, window, path, labels):

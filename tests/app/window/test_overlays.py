@@ -182,6 +182,10 @@ def test_a_click_on_nothing_is_said_and_escape_ends_the_ruler(make_window):
     assert "Nothing shows there" in window.status.news
     click(canvas, 0.45, 0.5)
     assert len(window.overlays.subject.line) == 1
+    # The first place of another volume is no second one.
+    window.overlays.start_volume(replace(window.overlays.subject, line=()))
+    click(canvas, 0.5, 0.5)
+    assert len(window.overlays.subject.line) == 1
     QTest.keyClick(window, Qt.Key.Key_Escape)
     assert window.overlays.subject.line == () and not window.ruler.is_on
 

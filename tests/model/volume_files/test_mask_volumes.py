@@ -1,5 +1,7 @@
 """Masks in files, as SimpleITK reads and writes them, which knows where grids lie."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import SimpleITK
@@ -13,18 +15,24 @@ TURNED = ((0.8, 0.6, 0.0), (-0.6, 0.8, 0.0), (0.0, 0.0, 1.0))
 SOME = np.random.default_rng(3).random((4, 5, 6)) < 0.4
 
 
-def volume(space="", shape=(4, 5, 6)):
+def volume(space="", shape=(4, 5, 6), stretch=1.0):
     voxels = np.arange(np.prod(shape), dtype=np.uint16).reshape(shape)
     facts = FileFacts(space=space, directions=TURNED if space else (), spacing_unit="mm")
-    return Volume(voxels, (0.5, 1.5, 2.0), (10.0, -20.0, 30.0), "scan", file=facts)
+    spacing, origin = (0.5, 1.5, 2.0 * stretch), (10.0, -20.0, 30.0 * stretch)
+    return Volume(voxels, spacing, origin, "scan", file=replace(facts, stretch=stretch))
 
 
 @pytest.mark.parametrize("suffix", [".nrrd", ".nii", ".nii.gz"])
-@pytest.mark.parametrize("space", ["", "LPS", "RAS"])
-def test_a_mask_comes_back_and_lies_where_its_volume_lies(tmp_path, space, suffix):
-    path, mask = tmp_path / f"mask{suffix}", Mask.of(SOME)
-    write_mask(path, mask, volume(space))
-    assert read_mask(path, volume(space)) == mask
+@pytest.mark.parametrize(
+    ("space", "stretch"), [("", 1.0), ("LPS", 1.0), ("RAS", 1.0), ("LPS", 4.0)]
+)
+def test_a_mask_comes_back_and_lies_where_its_volume_lies(tmp_path, space, stretch, suffix):
+    path, mask, scan = tmp_path / f"mask{suffix}", Mask.of(SOME), volume(space, stretch=stretch)
+    write_mask(path, mask, scan)
+    read = read_labels(path, scan)
+    assert read.mask(read.values) == mask and not read.note
+    # What is kept stays although another spacing is typed.
+    assert read_mask(path, replace(scan, spacing=(1.0, 1.0, 9.0))) == mask
     found = SimpleITK.ReadImage(str(path))
     np.testing.assert_array_equal(SimpleITK.GetArrayFromImage(found), SOME)
     np.testing.assert_allclose(found.GetSpacing(), (0.5, 1.5, 2.0), rtol=1e-6)
@@ -52,10 +60,21 @@ def test_a_mask_is_labels_of_which_some_are_shown(tmp_path, name):
         found.mask([])
 
 
+def test_voxels_without_a_number_have_no_label(tmp_path):
+    labels = np.random.default_rng(5).choice([1.0, 2.0, np.nan], (4, 5, 6))
+    SimpleITK.WriteImage(SimpleITK.GetImageFromArray(labels), str(tmp_path / "labels.nrrd"))
+    found = read_labels(tmp_path / "labels.nrrd", volume())
+    np.testing.assert_array_equal(found.mask(found.values).shown, labels > 0)
+
+
 def test_labels_are_named_as_the_file_names_them():
-    labels = LabelMap("organs", SOME, (1.0, 2.0, 3.0), (Label(1, "Liver"), Label(2, "", None, 700)))
-    assert labels.named_by("liver, 700") == [1, 2] and labels.named_by("3,1") == [3, 1]
-    with pytest.raises(TfscopeError, match="no label 'spleen'; it has 1 Liver, 700, 3"):
+    # A reader that numbers labels anew has the file's numbers in their names.
+    named = Label(1, "Liver"), Label(2, "526157192 Lobe, left", None, 526157192)
+    labels = LabelMap("organs", SOME, (1.0, 2.0, 3.0, 526157193.0), named)
+    assert labels.named_by("liver, 526157192") == [1, 2] and labels.named_by("3,1") == [3, 1]
+    assert labels.named_by("3,Lobe, Left,526157193") == [3, 2, 526157193]
+    text = "no label 'spleen'; it has 1 Liver, 526157192 Lobe, left, 3, 526157193"
+    with pytest.raises(TfscopeError, match=text):
         labels.named_by("liver,spleen")
 
 
