@@ -387,6 +387,12 @@ class Comparison:
         drawn, truth = (_colors(images[each][0]) for each in (name, "reference"))
         return cls(drawn, truth, name == "b", by_flip)
 
+    def is_of(self, other: Comparison | None) -> bool:
+        """Return whether the very same images are compared alike."""
+        if other is None or (other.by_flip, other.is_of_b) != (self.by_flip, self.is_of_b):
+            return False
+        return other.drawn is self.drawn and other.truth is self.truth
+
     @property
     def measure(self) -> Shown:
         """Measure of the colours of the difference."""

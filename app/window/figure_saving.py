@@ -375,6 +375,9 @@ class FigureSaving(QObject):
         if job.chosen != self._chosen or client.state not in WITHOUT_ENGINE:
             self._fail(CHANGED.format(job.kind))
         elif is_started:
+            # Its light may be another one than until now.
+            titles = {**job.subject.titles, name: self._panes[name].title}
+            job.subject = replace(job.subject, titles=titles)
             self._ask(self._channels, job, job.choice.samples)
 
     def _show_part(self, part: float | None) -> None:

@@ -280,6 +280,7 @@ class MainWindow(WindowParts):
             follows = "" if coming == shown else LIGHTS[coming]
             samples = STOPS[work.choices.stop].samples if shown == "path" else 0
             pane.set_light(LIGHTS[shown], follows, samples)
+        self.image_error.follow()
         self._show_focus()
 
     def _show_model(self) -> None:

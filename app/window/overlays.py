@@ -12,6 +12,7 @@ from PySide6.QtCore import QObject, QRect
 from PySide6.QtGui import QImage, QPainter
 
 from app.engines.background import LatestCall
+from app.engines.requests import ReferenceSettings
 from app.glosses import SENTENCES
 from app.image_view.engine_pane import EnginePane, OpacityInset
 from app.image_view.image_canvas import ImageCanvas, to_qimage
@@ -153,14 +154,14 @@ class ImageError(QObject):
         self._state, self._workspace = context.state, context.workspace
         self._context, self._preferences = context, context.preferences
         self._coloring = LatestCall("difference", self, self._take_colored, self._refuse)
-        self._shown: dict[EnginePane, tuple[SceneInputs, Image]] = {}
+        self._shown: dict[EnginePane, tuple[SceneInputs, Image, ReferenceSettings]] = {}
         self.is_wanted = False  # whether the difference is shown where there is one
         self._difference: QImage | None = None
         self._compared: Comparison | None = None
         for pane in context.panes:
             pane.imageShown.connect(partial(self._take, pane))
             pane.canvas.add_decoration(partial(self._paint, pane))
-        self._state.inputsChanged.connect(self._follow_inputs)
+        self._state.inputsChanged.connect(self.follow)
 
     @property
     def pane(self) -> EnginePane:
@@ -172,8 +173,11 @@ class ImageError(QObject):
         """The image that is compared, and the reference's; None where they do not compare."""
         if not {self.pane, self._reference} <= self._shown.keys() or self.pane.rgba is None:
             return None
-        (inputs, drawn), (others, truth) = self._shown[self.pane], self._shown[self._reference]
+        pair = self.pane, self._reference
+        (inputs, drawn, _), (others, truth, _) = map(self._shown.__getitem__, pair)
         state, is_b = self._state, self.pane is self._pane_b
+        if any(self._shown[pane][2] != self._settings_of(pane) for pane in pair):
+            return None
         if (inputs, others) != (state.inputs_of(self.pane.name), state.inputs_of("A")):
             return None
         alike = self._workspace.model.lighting == self._workspace.reference.settings.lighting
@@ -200,15 +204,21 @@ class ImageError(QObject):
         self.compare()
 
     def _take(self, pane: EnginePane, inputs: SceneInputs, image: Image) -> None:
-        self._shown[pane] = inputs, image[..., :3]
+        self._shown[pane] = inputs, image[..., :3], self._settings_of(pane)
         if not self._state.live and pane in (self.pane, self._reference):
             self.compare()
+
+    def _settings_of(self, pane: EnginePane) -> ReferenceSettings:
+        work = self._workspace.reference
+        return work.settings_b if pane is self._pane_b else work.settings
 
     def compare(self) -> None:
         """Compare the images that are there, or say nothing until they are."""
         compared = self.compared
         if compared is None:
             self._clear()
+            return
+        if self.is_wanted and self._difference is not None and compared.is_of(self._compared):
             return
         error = compared.error
         lighting = self._workspace.reference.settings.lighting
@@ -268,7 +278,8 @@ class ImageError(QObject):
         painter.setClipping(False)
         paint_bar(painter, place, whole.right(), compared.measure, text)
 
-    def _follow_inputs(self) -> None:
+    def follow(self) -> None:
+        """Compare images no longer that are not those of the present state."""
         # The focus may have gone from A to B: the images are still those.
         if self.compared is None:
             self._clear()

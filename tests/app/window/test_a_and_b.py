@@ -104,8 +104,12 @@ def test_b_has_a_light_of_its_own(qtbot, window, builders, tmp_path, monkeypatch
         titles = [pane.caption.title for pane in window.panes.images]
         return *titles, controls.light.title
 
-    assert shown() == ("A", "B", "B: Direct")
-    choose("path")
+    assert shown() == ("A", "B", "B: Direct") and window.pane_b.note
+    controls._lights["path"].trigger()
+    # Nothing is said of images until those in this light are there.
+    assert not window.pane_b.note
+    follow_pane(qtbot, window)
+    assert window.pane_b.note
     b = builders.references[-1]
     assert b is not a and builders.settings[-1].lighting == "path" and not a.closed
     assert b.requests[-1].inputs == window.state.inputs_of("B")
@@ -294,6 +298,10 @@ def test_the_difference_may_be_flip(qtbot, window, tmp_path):
     found, images = window.image_error._compared, (window.pane_b.rgba, window.reference.rgba)
     assert found.difference.mean() == pytest.approx(flip(*(i[..., :3] for i in images)), rel=1e-3)
     assert "FLIP" in found.title and found.ends[0] == "0"
+    # It takes a second, and another focus changes nothing.
+    shown = window.image_error._difference
+    window.state.tf_input.focus("A")
+    assert window.image_error._difference is shown is not None
     place = tmp_path / "both.png"
     window.saving.draw(FigureChoice(300, 100, which="a_b_difference"), place)
     qtbot.waitUntil(place.exists)

@@ -128,13 +128,19 @@ def test_figures_wait_for_the_engine_and_sessions_keep_the_light_that_follows(
             time.sleep(0.01)
         raise SupersededError
 
-    builders.references[-1].picture = give_up
-    window.saving.draw(FigureChoice(90, 40), place)
+    window.state.tf_input.compare(True)
+    work.choose_look(lighting="direct")
+    qtbot.waitUntil(lambda: window.pane_b.canvas.image is not None)
+    for engine in builders.references:
+        engine.picture = give_up
+    window.saving.draw(FigureChoice(90, 40, which="a_b"), place)
     assert work.settings.lighting == "direct"
     assert window.sessions.session().content.memory.lighting == "path"
     work.preparation.finish(work.preparation.wanted[0])
     # Its image is still there.
     assert client.state is EngineState.LOADING and window.saving.sizes()
+    titles = window.saving._job.subject.titles
+    assert (titles["reference"], titles["b"]) == ("A, path-traced light", "B, direct light")
     qtbot.waitUntil(place.exists, timeout=1000 * PATIENCE_S)
     assert not window.notice.text
 
