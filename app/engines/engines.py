@@ -207,7 +207,7 @@ def _path_tracing_engine(volume: Volume, settings: ReferenceSettings) -> Engine:
 
 def _analyst_engine(volume: Volume, settings: ReferenceSettings) -> Engine:
     # The window needs these to show the answers; loaded here, they do not hold it up.
-    for library in ("cmap", "scipy.signal", "skimage.measure", "skimage.transform"):
+    for library in ("cmap", "scipy.ndimage", "skimage.measure", "skimage.transform"):
         import_module(library)
     if settings.lighting == "path":
         from app.engines.path_tracing import PathAnalyst
