@@ -142,7 +142,7 @@ def _row_1(
 
 
 def _cells(errors: Means) -> tuple[str, ...]:
-    return tuple(_short(errors[name]) for name in MEASURES)
+    return tuple(f"{errors[name]:.3f}".removeprefix("0") for name in MEASURES)
 
 
 def _sample_seconds(subject: Subject, count: int) -> float:
@@ -212,11 +212,6 @@ def _once(work: Callable[[], object]) -> float:
     start = time.perf_counter()
     work()
     return time.perf_counter() - start
-
-
-def _short(number: float) -> str:
-    """Three digits without the leading zero, as the paper's errors are given here."""
-    return f"{number:.3f}".removeprefix("0")
 
 
 @dataclass(frozen=True)

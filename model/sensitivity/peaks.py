@@ -88,8 +88,8 @@ def strongest_intervals(
     for place, *sides in find_peaks(strength, LEAST_SHARE * highest):
         if places[place - 1] == place - 1:
             low, high = np.interp(sides, np.arange(1, TF_SAMPLES + 1), values).tolist()
-            own = float(values[place - 1]), low, high, float(responses[place - 1])
-            intervals.append(Interval(*own))
+            value, response = values[place - 1], responses[place - 1]
+            intervals.append(Interval(float(value), low, high, float(response)))
     return tuple(sorted(intervals, key=lambda interval: -abs(interval.response))[:count])
 
 
