@@ -10,36 +10,9 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from model.scene.default_tf import find_peaks
 from model.scene.transfer_function import TF_SAMPLES, Range
 from model.sensitivity.display import FLOOR, SMALL_EDIT
-
-
-def find_peaks(curve: NDArray[np.floating], least: float) -> list[tuple[int, float, float]]:
-    """Find the peaks of a finite curve from some prominence on, but for its ends.
-
-    Each has its place and, between samples, the places to its left and right where the curve is
-    half of the prominence lower. SciPy's function takes half a second and 65 MB to load.
-    """
-    starts = np.flatnonzero(np.diff(curve, prepend=np.nan))  # of runs of equal samples
-    middles, levels = (starts + np.append(starts[1:], len(curve)) - 1) // 2, curve[starts]
-    found = []
-    for place in middles[1:-1][(levels[1:-1] > levels[:-2]) & (levels[1:-1] > levels[2:])]:
-        higher = np.flatnonzero(curve > curve[place])
-        first = higher[higher < place].max(initial=-1) + 1
-        last = higher[higher > place].min(initial=len(curve))
-        sides = curve[first : place + 1][::-1], curve[place:last]
-        prominence = curve[place] - max(side.min() for side in sides)
-        if prominence >= least:
-            left, right = (_steps_to(curve[place] - prominence / 2, side) for side in sides)
-            found.append((int(place), float(place - left), float(place + right)))
-    return found
-
-
-def _steps_to(level: float, side: NDArray[np.floating]) -> float:
-    """Return after how many samples a curve first falls to a level."""
-    at = int(np.argmax(side <= level))
-    return at - float((level - side[at]) / (side[at - 1] - side[at]))
-
 
 LEAST_SHARE = 0.05  # prominence of a peak, as a share of the highest value, from which it counts
 
