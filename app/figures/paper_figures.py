@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pyqtgraph as pg
 from numpy.typing import NDArray
 
 from app.figures.plots import (
@@ -266,8 +267,6 @@ def save_side_by_side(
 
 def save_error_curves(path: Path, study: Study, result: dict[str, Any]) -> None:
     """Draw errors over the number that names each variant, and the paper's, as a PNG file."""
-    import pyqtgraph as pg
-
     page = Page(study.title, [CURVE_WIDTH] * len(MEASURES), [CURVE_HEIGHT])
     names = [variant.label for variant in study.variants]
     places = np.arange(len(names))

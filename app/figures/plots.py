@@ -8,46 +8,21 @@ import sys
 import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import pyqtgraph as pg
 from numpy.typing import NDArray
+from PySide6.QtCore import QCoreApplication
+from PySide6.QtWidgets import QGraphicsRectItem
 
-from model.errors import RenderError, os_errors_as
-from model.files import write_atomically
+from app.image_view.picture import save_image, software
+from app.tf_editor.unit_axis import ticks
 from model.scene.inputs import SceneInputs
 from model.scene.region import Region
 from model.scene.transfer_function import TF_SAMPLES, GaussianMode, Range
 from model.scene.value_scale import ValueScale, logarithmic_ticks
-
-if TYPE_CHECKING:
-    from PySide6.QtGui import QImage
-
-
-def save_image(path: Path, picture: QImage) -> None:
-    """Write a picture in the format of the file's suffix; raise RenderError where that fails."""
-    from PySide6.QtCore import QBuffer, QIODevice
-
-    buffer = QBuffer()
-    buffer.open(QIODevice.OpenModeFlag.WriteOnly)
-    if not picture.save(buffer, path.suffix.lstrip(".").upper()):  # type: ignore[call-overload]
-        raise RenderError(
-            f"{path}: a picture of this size cannot be written as '{path.suffix}'; choose .png."
-        )
-    remedy = "make room, or choose another place"
-    with os_errors_as(RenderError, f"{path}: the picture cannot be written", remedy):
-        write_atomically(path, bytes(buffer.data().data()))
-
-
-def software() -> str:
-    """Return tfscope's name and version."""
-    try:
-        return f"tfscope {version('tfscope')}"
-    except PackageNotFoundError:
-        return "tfscope"
-
 
 COLORS = ((0, 114, 178), (213, 94, 0), (0, 158, 115), (204, 121, 167))
 """Colours distinguishable with colour blindness (Okabe and Ito)."""
@@ -136,8 +111,6 @@ class Page:
     def __init__(self, title: str, widths: list[int], heights: list[int]) -> None:
         if sys.platform == "linux":
             os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
-        import pyqtgraph as pg
-
         pg.mkQApp()
         self.title = title
         self._width = sum(widths) + 2 * MARGIN
@@ -172,9 +145,6 @@ class Page:
         columns: int = 1,
     ) -> Any:
         """Add an image (H, W, 3) in [0, 1], with the paper's white rectangle over a region."""
-        import pyqtgraph as pg
-        from PySide6.QtWidgets import QGraphicsRectItem
-
         plot = self.plot(row, column, title, rows, columns)
         plot.hideAxis("left")
         plot.hideAxis("bottom")
@@ -192,8 +162,6 @@ class Page:
 
     def tf(self, row: int, column: int, content: TFPlot, columns: int = 1) -> Any:
         """Add a plot of a TF."""
-        import pyqtgraph as pg
-
         plot = self.plot(row, column, content.title, columns=columns)
         label_axis(plot, "bottom", content.value_label)
         label_axis(plot, "left", "opacity")
@@ -238,8 +206,6 @@ class Page:
         columns: int = 1,
     ) -> Any:
         """Add the map of places (n, 2)."""
-        import pyqtgraph as pg
-
         plot = self.plot(row, column, title, rows, columns)
         label_axis(plot, "bottom", "first axis of the map")
         label_axis(plot, "left", "second axis of the map")
@@ -290,8 +256,6 @@ class Page:
 
     def save(self, path: Path, caption: str = "") -> None:
         """Add a caption below, and write the page as a PNG file, which has it as a text, too."""
-        from PySide6.QtCore import QCoreApplication
-
         lines = textwrap.wrap(caption, int(CAPTION_SHARE * self._width / LETTER_WIDTH))
         if lines:
             self.text(self._rows, 0, "<br>".join(map(html.escape, lines)), self._columns)
@@ -304,15 +268,11 @@ class Page:
 
 def _levels(colors: NDArray[np.floating]) -> Any:
     """Return colours (H, W, 3) in [0, 1] as an item of a plot."""
-    import pyqtgraph as pg
-
     levels = np.rint(255 * np.clip(colors, 0, 1)).astype(np.uint8)
     return pg.ImageItem(levels, axisOrder="row-major", levels=(0, 255))
 
 
 def _area(plot: Any, values: NDArray[np.floating], band: NDArray[np.floating]) -> None:
-    import pyqtgraph as pg
-
     none = pg.PlotDataItem(values, np.zeros_like(values))
     curve = pg.PlotDataItem(values, band)
     plot.addItem(pg.FillBetweenItem(none, curve, brush=pg.mkBrush(*BAND_COLOR)))
@@ -321,8 +281,6 @@ def _area(plot: Any, values: NDArray[np.floating], band: NDArray[np.floating]) -
 
 def _add_responses(plot: Any, values: NDArray[np.floating], content: TFPlot) -> float:
     """Draw the sensitivity, scaled to the axis of opacities, and return its lowest point."""
-    import pyqtgraph as pg
-
     assert content.responses is not None
     responses = np.asarray(content.responses, dtype=np.float64)
     counted = responses if content.window is None else responses[content.window]
@@ -340,16 +298,9 @@ def _add_responses(plot: Any, values: NDArray[np.floating], content: TFPlot) -> 
     axis = plot.getAxis("right")
     axis.setTextPen(pg.mkColor(SENSITIVITY_COLOR))
     axis.setWidth(RIGHT_WIDTH)
-    step = _round_step((1 - lowest) * largest / RESPONSES_PER_AXIS)
-    marks = np.arange(np.ceil(lowest * largest / step), np.floor(largest / step) + 1) * step
-    axis.setTicks([[(mark / largest, f"{mark + 0.0:.3g}") for mark in marks]])
+    numbers = ticks((lowest * largest, largest), RESPONSES_PER_AXIS)
+    axis.setTicks([[(lowest + at * (1 - lowest), text) for at, text in numbers]])
     return lowest
-
-
-def _round_step(least: float) -> float:
-    """The smallest number from `least` on that is 1, 2 or 5 times a power of 10."""
-    power = 10.0 ** np.floor(np.log10(least))
-    return float(next(m * power for m in (1, 2, 5, 10) if m * power >= least * (1 - 1e-9)))
 
 
 GAP = 4  # pixels between pictures
@@ -370,8 +321,6 @@ def mosaic(images: NDArray[np.floating]) -> NDArray[np.float32]:
 
 
 def _cross(disc: Disc) -> Any:
-    import pyqtgraph as pg
-
     x, y, _ = disc
     item = pg.ScatterPlotItem([x], [y], size=16, symbol="+", pen=pg.mkPen(HOVER_COLOR, width=2))
     item.setZValue(5)
@@ -380,8 +329,6 @@ def _cross(disc: Disc) -> Any:
 
 def _blob(disc: Disc) -> Any:
     """Return the Gaussian weights of a disc as an image item."""
-    import pyqtgraph as pg
-
     x, y, radius = disc
     side = np.linspace(-1, 1, 65)
     squares = side[:, None] ** 2 + side**2

@@ -17,7 +17,7 @@ from app.controls import fill
 from app.engines.client import Channel, EngineClient, EngineName, EngineState
 from app.engines.messages import Result
 from app.engines.requests import Request
-from app.image_view.image_canvas import LEAST_PROGRESS, ImageCanvas, to_qimage
+from app.image_view.image_canvas import LEAST_PROGRESS, ImageCanvas, Painted, to_qimage
 from app.image_view.picture import BLACK, Background
 from app.number_box import short
 from app.state.at_work import PATIENCE_MS
@@ -48,6 +48,11 @@ class EnginePane(QWidget):
     resultShown = Signal(object)  # with the Result of the image that is shown
     statusShown = Signal()  # whenever the caption has been written anew
 
+    title = Painted("", "_show_status")  # what the images are
+    hint = Painted("", "_show_status")  # in what the image is outside of what its model knows
+    is_alone = Painted(False, "_show_status")  # as the only image: its caption is the light then
+    background = Painted[Background](BLACK, "_show_brightness")
+
     def __init__(
         self,
         title: str,
@@ -66,10 +71,8 @@ class EnginePane(QWidget):
         self.rgba: NDArray[np.float32] | None = None
         self.detail = self._who = self._light = self._coming = self._remark = ""
         self._most_samples = self._samples = 0
-        self._is_alone = self._is_unusual = False
-        self.note = self._note_tip = self.hint = self._tip = ""
-        self._speed = ""
-        self.title = title
+        self._is_unusual = False
+        self.note = self._note_tip = self._tip = self._speed = ""
         self._cover = ("", "", "")
         self._said: object = None
         self._said_at = 0.0
@@ -91,17 +94,13 @@ class EnginePane(QWidget):
             (brightness.changed, self._show_brightness),
         ):
             signal.connect(slot)
+        self.title = title
         self._show_state(client.state)
 
     def forget(self) -> None:
         """Free the image, which is out of sight."""
         self.rgba = self._shown = None
         self.canvas.show_image(None)
-
-    def set_hint(self, text: str) -> None:
-        """Say in what the image is outside of what its model knows; empty if it is not."""
-        self.hint = text
-        self._show_status()
 
     def set_note(self, text: str, tip: str = "", is_unusual: bool = False) -> None:
         """Say how far the image is from the truth, and whether its model knows no such image."""
@@ -116,25 +115,9 @@ class EnginePane(QWidget):
         self._light, self._coming, self._most_samples = light, coming, most_samples
         self._show_status()
 
-    def set_alone(self, is_alone: bool) -> None:
-        """Say whether this is the only image: its caption is the light then."""
-        self._is_alone = is_alone
-        self._show_status()
-
-    def set_background(self, background: Background) -> None:
-        """Put something else behind the image."""
-        if background != self.canvas.background:
-            self.canvas.background = background
-            self._show_brightness()
-
     def set_drawer(self, title: str, who: str, tip: str = "") -> None:
         """Say what the pane's images are and what draws them; the tooltip says more."""
         self.title, self._who, self._tip = title, who, tip
-        self._show_status()
-
-    def set_title(self, title: str) -> None:
-        """Say what the pane's images are."""
-        self.title = title
         self._show_status()
 
     def name_cover(self, title: str, detail: str = "", tip: str = "") -> None:
@@ -213,7 +196,11 @@ class EnginePane(QWidget):
             self._samples = 0 if result.image.is_preview else result.image.samples
         moves = request.quality.live and result.seconds > 0
         self._speed = f"moving {short(min(1 / result.seconds, 999))} fps" if moves else ""
-        self._note_shown(request.inputs)
+        self._shown, self._is_late = request.inputs, False
+        if self._wanted in (None, request.inputs):
+            self._patience.stop()
+        else:
+            self._patience.start()
         self.resultShown.emit(result)
         self._show_status()
         self.imageShown.emit(result.request.inputs, rgba)
@@ -222,13 +209,6 @@ class EnginePane(QWidget):
         """Say in a while that the image is not the wanted one, unless it comes until then."""
         self._wanted = request.inputs
         if self._wanted != self._shown and not self._patience.isActive():
-            self._patience.start()
-
-    def _note_shown(self, inputs: SceneInputs) -> None:
-        self._shown, self._is_late = inputs, False
-        if self._wanted in (None, inputs):
-            self._patience.stop()
-        else:
             self._patience.start()
 
     def _be_late(self) -> None:
@@ -241,7 +221,7 @@ class EnginePane(QWidget):
         tone: Tone = "dim"
         lines = tip.splitlines()
         if not title:
-            is_light = self._is_alone and self._light
+            is_light = self.is_alone and self._light
             title = f"{self._light[:1].upper()}{self._light[1:]}" if is_light else self.title
             text, tone = self._status()
             note = self._note_tip if self.note else ""
@@ -274,7 +254,7 @@ class EnginePane(QWidget):
         if self._is_late:
             return DRAWING, "change"
         coming = f"{self._coming} follows" if self._coming else ""
-        if self._is_alone and self._light:
+        if self.is_alone and self._light:
             return coming, "dim"
         if self._speed:
             return self._speed, "dim"
@@ -304,12 +284,12 @@ class EnginePane(QWidget):
         return min(max(shown / whole, LEAST_PROGRESS), MOST_PROGRESS)
 
     def _show_brightness(self) -> None:
+        self.canvas.background = self.background
         if self.rgba is not None:
             self.canvas.replace_image(self._picture(self.rgba))
 
     def _picture(self, rgba: NDArray[np.float32]) -> QImage:
-        is_clear = self.canvas.background != BLACK
-        return to_qimage(rgba, self.brightness.of(self.lit), clear=is_clear)
+        return to_qimage(rgba, self.brightness.of(self.lit), clear=self.background != BLACK)
 
 
 SHARE, MARGIN = 0.3, 12  # the inset's edge by the image's; pixels to the image's edges
@@ -324,11 +304,12 @@ TITLE = "Opacity image"
 class OpacityInset(QObject):
     """Paints how opaque each pixel is, white for opaque, unless something covers the image."""
 
+    is_shown = Painted(False, "_refresh")  # where there is an image
+
     def __init__(self, pane: EnginePane) -> None:
         super().__init__(pane)
         self._pane = pane
         self.picture: QImage | None = None  # the painted image; None while it is not shown
-        self._shown = False
         pane.imageShown.connect(lambda *_: self._refresh())
         pane.canvas.add_decoration(self._paint)
 
@@ -344,16 +325,11 @@ class OpacityInset(QObject):
         bottom = whole.bottom() - max(share * min(whole.width(), whole.height()), least)
         return QRectF(whole.left() + MARGIN, bottom - height, width, height)
 
-    def set_shown(self, shown: bool) -> None:
-        """Show the opacity image, or hide it."""
-        self._shown = shown
-        self._refresh()
-
     def _refresh(self) -> None:
         before = self.picture
         self.picture = None
         rgba = self._pane.rgba
-        if self._shown and rgba is not None:
+        if self.is_shown and rgba is not None:
             self.picture = to_qimage(np.repeat(rgba[..., 3:], 4, axis=2))
         if self.picture is not before:
             self._pane.canvas.update()

@@ -22,7 +22,6 @@ from PySide6.QtWidgets import (
 from app.controls import WheelGuard, fill, text_button
 from app.engines.client import EngineState
 from app.engines.exactness import STOPS, Stop
-from app.engines.messages import Result
 from app.engines.pace import SCALES
 from app.image_view.engine_pane import PLACE, EnginePane
 from app.image_view.orientation_cube import OrientationCube
@@ -74,7 +73,7 @@ class FidelityLine(QLabel):
         self.setProperty("role", "on image")
         self.hide()
         for signal, slot in (
-            (pane.resultShown, self._take),
+            (pane.resultShown, lambda result: self._errors.note(result, whole(), state.live)),
             (pane.statusShown, self._show),
             (pane.client.stateChanged, self._follow),
             (state.inputsChangeFinished, self._show),
@@ -90,9 +89,6 @@ class FidelityLine(QLabel):
     def moving(self) -> str:
         """Rate and error of the last images while something moved, as measured; may be empty."""
         return "" if self._errors.moving is None else figures_text(*self._errors.moving)
-
-    def _take(self, result: Result) -> None:
-        self._errors.note(result, self._whole(), self._state.live)
 
     def _follow(self, state: EngineState) -> None:
         if state is EngineState.LOADING:

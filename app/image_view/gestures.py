@@ -120,14 +120,10 @@ class ViewGestures(QObject):
         self._is_click = False
         self._gesture: Gesture | None = None
         self._button = Qt.MouseButton.NoButton
-        self._limits = LightRange()
+        self.light_range: LightRange | None = None  # limits of the light; None for the usual ones
         self._wheel_rest = Pause(self, WHEEL_REST_MS, state.finish_view)
         self._step_rest = Pause(self, STEP_MS, self._step)
         widget.installEventFilter(self)
-
-    def set_light_range(self, limits: LightRange | None) -> None:
-        """Set the limits of the light's direction; None for the usual ones."""
-        self._limits = limits or LightRange()
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """Handle the widget's mouse events; pass on all others."""
@@ -235,7 +231,7 @@ class ViewGestures(QObject):
             state.move_view(roll(state.view, (turned + 180.0) % 360.0 - 180.0))
         elif state.light is not None:
             x, y = self._place(position)
-            state.light_input.move(light_at(x, y, self._limits))
+            state.light_input.move(light_at(x, y, self.light_range or LightRange()))
 
     def _scroll(self, event: QWheelEvent) -> bool:
         # Wheels of high resolution report parts of a notch; some touchpads only pixels.

@@ -30,10 +30,10 @@ ARROWS: dict[int, tuple[int, int]] = {
 
 
 class Painted(Generic[T]):
-    """An attribute of a widget, which is painted anew when it changes."""
+    """An attribute of a widget: a change of it paints the widget anew, or calls another method."""
 
-    def __init__(self, first: T) -> None:
-        self._first = first
+    def __init__(self, first: T, then: str = "update") -> None:
+        self._first, self._then = first, then
 
     def __set_name__(self, _owner: type, name: str) -> None:
         self._name = f"_{name}"
@@ -41,28 +41,26 @@ class Painted(Generic[T]):
     def __get__(self, widget: object, _owner: type | None = None) -> T:
         return cast(T, getattr(widget, self._name, self._first))
 
-    def __set__(self, widget: QWidget, value: T) -> None:
+    def __set__(self, widget: object, value: T) -> None:
         before = getattr(widget, self._name, self._first)
         if value is not before and value != before:
             setattr(widget, self._name, value)
-            widget.update()
+            getattr(widget, self._then)()
 
 
 class KeyedWidget(QWidget):
     """A widget that paints itself, and a ring around it if keys have brought the focus to it."""
 
-    _is_ringed = False
+    _is_ringed = Painted(False)
 
     def focusInEvent(self, event: QFocusEvent) -> None:
         """Show a ring around what keys have brought the focus to."""
         self._is_ringed = event.reason() in BY_KEYS
-        self.update()
         super().focusInEvent(event)
 
     def focusOutEvent(self, event: QFocusEvent) -> None:
         """Show no ring any more."""
         self._is_ringed = False
-        self.update()
         super().focusOutEvent(event)
 
     def _paint_ring(self, painter: QPainter) -> None:

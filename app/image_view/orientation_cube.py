@@ -73,7 +73,6 @@ class OrientationCube(QWidget):
         self._hovered = ""
         self._faces: list[_Face] = []
         self._seen: object = None
-        self._labels: tuple[str, ...] | None = None
         self.setFixedSize(QSize(SIZE, SIZE))
         self.setMouseTracking(True)
         self.setCursor(Qt.CursorShape.PointingHandCursor)
@@ -86,15 +85,9 @@ class OrientationCube(QWidget):
 
     @property
     def labels(self) -> dict[str, str]:
-        """Label of each axis: what was set, the patient's direction, or the axis' name."""
+        """Label of each axis: the patient's direction, or the axis' name."""
         plain = {axis: axis.replace("-", "−").upper() for axis in AXES}
-        labels = self._state.axis_labels if self._labels is None else self._labels
-        return plain | dict(zip(AXES, labels, strict=False))
-
-    def set_labels(self, labels: tuple[str, ...] | None) -> None:
-        """Set a label for each of the axes: empty for their names, None for the volume's own."""
-        self._labels = labels
-        self.follow()
+        return plain | dict(zip(AXES, self._state.axis_labels, strict=False))
 
     @property
     def visible_faces(self) -> dict[str, QPointF]:

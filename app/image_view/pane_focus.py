@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import cast
 
-from PySide6.QtCore import QEvent, QObject, QPointF, Qt
+from PySide6.QtCore import QEvent, QObject, Qt
 from PySide6.QtGui import QFocusEvent, QMouseEvent
 from PySide6.QtWidgets import QWidget
 
@@ -18,11 +18,15 @@ LEAST_SHARE = 0.02  # of the width that is left to either image
 
 
 class WipeLine(QWidget):
-    """The line in A's image from which on B's is seen in its place; the mouse drags it."""
+    """The line in A's image from which on B's is seen in its place; the mouse drags it.
 
-    def __init__(self, pane: EnginePane, pane_b: EnginePane) -> None:
+    On either side of it, as in any pane, a press of the mouse or the keys have that pane edited.
+    """
+
+    def __init__(self, tf_input: EditedTF, pane: EnginePane, pane_b: EnginePane) -> None:
         super().__init__(pane.canvas)
-        self._canvas, self._canvas_b = pane.canvas, pane_b.canvas
+        self._tf_input, self._canvas, self._canvas_b = tf_input, pane.canvas, pane_b.canvas
+        self._of_b = pane_b.canvas, pane_b.caption
         self.share = 0.5  # of the width that is A's
         self.setCursor(Qt.CursorShape.SplitHCursor)
         self.setToolTip("Drag to see more of A or of B")
@@ -30,16 +34,13 @@ class WipeLine(QWidget):
         pane.canvas.resized.connect(self._place)
         # B's own canvas is out of sight.
         pane_b.statusShown.connect(self._canvas.update)
+        for widget in (pane.canvas, pane.caption, *self._of_b):
+            widget.installEventFilter(self)
 
     def set_shown(self, shown: bool) -> None:
         """Show B to the right of the line, or A everywhere."""
         self.setVisible(shown)
         self._place()
-
-    def pane_at(self, position: QPointF) -> PaneName:
-        """Return whose image is at a position of the canvas."""
-        is_b = not self.isHidden() and position.x() > self.share * self._canvas.width()
-        return "B" if is_b else "A"
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
         """Move the line with the mouse."""
@@ -57,20 +58,6 @@ class WipeLine(QWidget):
         self.setGeometry(at - GRIP // 2, 0, GRIP, canvas.height())
         canvas.wiped = None if self.isHidden() else (self._canvas_b, at)
 
-
-class PaneFocus(QObject):
-    """Has the pane edited in which the mouse is pressed, or to which keys go."""
-
-    def __init__(
-        self, tf_input: EditedTF, pane: EnginePane, pane_b: EnginePane, wipe: WipeLine
-    ) -> None:
-        super().__init__(pane_b)
-        self._tf_input, self._wipe = tf_input, wipe
-        self._canvas: ImageCanvas = pane.canvas
-        self._of_b = pane_b.canvas, pane_b.caption
-        for widget in (pane.canvas, pane.caption, *self._of_b):
-            widget.installEventFilter(self)
-
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """Note which pane is meant, and pass the event on."""
         kind = event.type()
@@ -78,9 +65,11 @@ class PaneFocus(QObject):
         if isinstance(watched, ImageCanvas) and kind == QEvent.Type.MouseButtonPress:
             watched.gave_focus = False
         if self._tf_input.compares and (kind == QEvent.Type.MouseButtonPress or by_keys):
-            pane: PaneName = "B" if watched in self._of_b else "A"
-            if watched is self._canvas and not by_keys:
-                pane = self._wipe.pane_at(cast(QMouseEvent, event).position())
+            is_b = watched in self._of_b
+            if watched is self._canvas and not by_keys and not self.isHidden():
+                x = cast(QMouseEvent, event).position().x()
+                is_b = x > self.share * self._canvas.width()
+            pane: PaneName = "B" if is_b else "A"
             if isinstance(watched, ImageCanvas):
                 watched.gave_focus = pane != self._tf_input.pane
             self._tf_input.focus(pane)

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QRect, Qt
+from PySide6.QtCore import QBuffer, QIODevice, QRect, Qt
 from PySide6.QtGui import QColor, QImage, QLinearGradient, QPainter
 
-from model.errors import RenderError
+from model.errors import RenderError, os_errors_as
+from model.files import write_atomically
 from model.rendering.brightness import brighten
 
 Background = tuple[int, int, int] | Literal["gradient"]
@@ -99,3 +102,24 @@ def _put_over(band: NDArray[np.float32], background: tuple[int, int, int] | None
         for channel, level in enumerate(background):
             color[..., channel] += (1 - opacity) * np.float32(level / 255)
         np.minimum(color, np.float32(1), out=color)
+
+
+def save_image(path: Path, picture: QImage) -> None:
+    """Write a picture in the format of the file's suffix; raise RenderError where that fails."""
+    buffer = QBuffer()
+    buffer.open(QIODevice.OpenModeFlag.WriteOnly)
+    if not picture.save(buffer, path.suffix.lstrip(".").upper()):  # type: ignore[call-overload]
+        raise RenderError(
+            f"{path}: a picture of this size cannot be written as '{path.suffix}'; choose .png."
+        )
+    remedy = "make room, or choose another place"
+    with os_errors_as(RenderError, f"{path}: the picture cannot be written", remedy):
+        write_atomically(path, bytes(buffer.data().data()))
+
+
+def software() -> str:
+    """Return tfscope's name and version."""
+    try:
+        return f"tfscope {version('tfscope')}"
+    except PackageNotFoundError:
+        return "tfscope"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QEvent, QRectF, QSize, Qt, Signal
+from PySide6.QtCore import QEvent, QRectF, Qt, Signal
 from PySide6.QtGui import (
     QColor,
     QFocusEvent,
@@ -17,7 +17,6 @@ from PySide6.QtGui import (
     QPen,
     QWheelEvent,
 )
-from PySide6.QtWidgets import QSizePolicy
 
 from app import theme
 from app.image_view.image_canvas import (
@@ -60,7 +59,6 @@ class CellGrid(KeyedWidget):
         self.setMouseTracking(True)
         self.setFocusPolicy(Qt.FocusPolicy.WheelFocus)
         self.setAccessibleName("Grid of pictures")
-        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         brightness.changed.connect(self._paint_images)
 
     def show_grid(self, picture: GridPicture | None) -> None:
@@ -186,10 +184,6 @@ class CellGrid(KeyedWidget):
         """No cell is chosen by keys any more."""
         self._hover(None)
         super().focusOutEvent(event)
-
-    def sizeHint(self) -> QSize:
-        """Return a size at which the whole window fits on a laptop's screen."""
-        return QSize(420, 420)
 
     def _cell_at(self, event: QMouseEvent | QWheelEvent) -> int | None:
         at = event.position()

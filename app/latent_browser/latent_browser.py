@@ -147,16 +147,12 @@ class Preview(QObject):
         super().__init__(pane)
         self._pane = pane
         self._area = area
-        self._covers = False
-        self._curve = Curve(pg.mkPen(theme.ATTENTION, width=1.6, dash=[5, 3]))
+        self.is_shown = False  # whether a picture covers the reference's
+        self._curve = Curve()
+        self._curve.pen = pg.mkPen(theme.ATTENTION, width=1.6, dash=[5, 3])
         self._curve.setZValue(80)
         self._curve.hide()
         area.opacity.addItem(self._curve, ignoreBounds=True)
-
-    @property
-    def is_shown(self) -> bool:
-        """Whether a picture covers the reference's."""
-        return self._covers
 
     def show_tf(self, tf: OpacityTF | None) -> None:
         """Draw a TF over the editor's own; None for none."""
@@ -167,9 +163,9 @@ class Preview(QObject):
 
     def show_hover(self, picture: HoverPicture | None) -> None:
         """Show the picture of the place under the mouse instead of the reference's, or not."""
-        if picture is None and not self._covers:
+        if picture is None and not self.is_shown:
             return
-        self._covers = picture is not None
+        self.is_shown = picture is not None
         if picture is None:
             self._pane.canvas.cover = None
             self._pane.name_cover("")
@@ -238,12 +234,6 @@ class LatentBrowser(QWidget):
         else:
             super().keyPressEvent(event)
 
-    def side_for(self, width: int, height: int) -> int:
-        """Side of map and grid in a room of some width and height."""
-        squares = self._squares
-        side = min((width - (squares + 1) * GAP) // squares, height - HEIGHT - GAP)
-        return max(side, LEAST_SQUARE)
-
     def width_for(self, height: int) -> int:
         """Width at which the squares are as large as a height allows."""
         squares = self._squares
@@ -264,8 +254,10 @@ class LatentBrowser(QWidget):
         self._place_squares()
 
     def _place_squares(self) -> None:
-        side = self.side_for(self.width(), self.height())
-        right = (self.width() + self._squares * (side + GAP) - GAP) // 2
+        squares = self._squares
+        wide, high = (self.width() - GAP) // squares - GAP, self.height() - HEIGHT - GAP
+        side = max(min(wide, high), LEAST_SQUARE)
+        right = (self.width() + squares * (side + GAP) - GAP) // 2
         self.bar.setGeometry(0, 0, self.width(), HEIGHT)
         self.grid.setGeometry(right - side, HEIGHT, side, side)
         self.map.setGeometry(right - 2 * side - GAP, HEIGHT, side, side)
@@ -310,8 +302,6 @@ class LatentBrowser(QWidget):
     def _show_message(self, text: str) -> None:
         self.map.message = text
         self.grid.message = text
-
-    # The map.
 
     def _show_map(self, map_: object) -> None:
         if map_ is None:
@@ -363,8 +353,6 @@ class LatentBrowser(QWidget):
             if exposure is not None:
                 self._brightness.expose(exposure)
 
-    # The grid.
-
     def _show_grid(self, picture: GridPicture | None) -> None:
         self.grid.show_grid(picture)
         self._mark_stale()
@@ -409,8 +397,6 @@ class LatentBrowser(QWidget):
         self._latent.set_brush(brush)
         self._brushes = before
         self.map.look_at(brush)
-
-    # What is going on.
 
     def _show_progress(self, done: float) -> None:
         self.bar.stop.setVisible(self._session.is_embedding)

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QEvent, QPointF, QRectF, QSize, Qt, Signal
+from PySide6.QtCore import QEvent, QPointF, QRectF, Qt, Signal
 from PySide6.QtGui import (
     QColor,
     QImage,
@@ -17,7 +17,6 @@ from PySide6.QtGui import (
     QResizeEvent,
     QWheelEvent,
 )
-from PySide6.QtWidgets import QSizePolicy
 
 from app import theme
 from app.image_view.image_canvas import ARROWS, KeyedWidget, Painted
@@ -55,7 +54,6 @@ class MapView(KeyedWidget):
         self.setMouseTracking(True)
         self.setFocusPolicy(Qt.FocusPolicy.WheelFocus)
         self.setAccessibleName("Map of TFs")
-        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         for signal in (latent.brushChanged, latent.hoverChanged, session.marksChanged):
             signal.connect(lambda *_: self.update())
 
@@ -206,10 +204,6 @@ class MapView(KeyedWidget):
             self._set_frame(self.frame.zoomed(1 / WHEEL_FACTOR, at))
         else:
             super().keyPressEvent(event)
-
-    def sizeHint(self) -> QSize:
-        """Return a size at which the whole window fits on a laptop's screen."""
-        return QSize(420, 420)
 
     def _hover(self, at: QPointF) -> None:
         if self._session.map is not None and not self.message:

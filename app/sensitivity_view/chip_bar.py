@@ -257,9 +257,9 @@ class ChipBar(QWidget):
         self.region.setEnabled(choices.shown)
         self.change.set_on(self._state.shows_curve)
         self.visible.set_on(choices.shown and choices.visible)
-        self.voxels.set_on(self._histogram.is_shown)
+        self.voxels.set_on(self._histogram.curve.isVisible())
         self.lock.setChecked(choices.locked)
-        self._folded_voxels.setChecked(self._histogram.is_shown)
+        self._folded_voxels.setChecked(self._histogram.curve.isVisible())
         self._measures[choices.measure].setChecked(True)
         self._engines[choices.engine].setChecked(True)
 
@@ -277,5 +277,5 @@ class ChipBar(QWidget):
             chip.set_folded(is_narrow and has_panel)
 
     def _show_voxels(self, on: bool) -> None:
-        self._histogram.set_shown(on)
+        self._histogram.curve.setVisible(on)
         self.refresh()

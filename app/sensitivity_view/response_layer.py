@@ -10,7 +10,7 @@ import numpy as np
 import pyqtgraph as pg
 from numpy.typing import NDArray
 from PySide6.QtCore import QPoint, QRect, Qt
-from PySide6.QtGui import QColor, QKeyEvent
+from PySide6.QtGui import QBrush, QColor, QKeyEvent
 from PySide6.QtWidgets import QToolButton, QWidget
 
 from app import theme
@@ -249,9 +249,9 @@ class ResponseLayer:
     def recolor(self) -> None:
         """Take the colours of the theme."""
         color = theme.CHANGE
-        self._curves["exact"].setPen(pg.mkPen(color, width=2))
+        self._curves["exact"].pen = pg.mkPen(color, width=2)
         dashed = pg.mkPen(color, width=1.6, style=Qt.PenStyle.DashLine)
-        self._curves["learned"].setPen(dashed)
+        self._curves["learned"].pen = dashed
         self._zero.setPen(pg.mkPen(theme.LINE, width=1, style=Qt.PenStyle.DotLine))
         self._stems.setPen(pg.mkPen(color, width=1))
         self._tops.setBrush(pg.mkBrush(color))
@@ -393,8 +393,8 @@ class VisibleLayer:
         """Take the colours of the theme."""
         fill = QColor(theme.VISIBLE)
         fill.setAlphaF(0.6)
-        self._curve.setBrush(fill)
-        self._curve.setPen(pg.mkPen(theme.VISIBLE, width=1.2))
+        self._curve.brush = QBrush(fill)
+        self._curve.pen = pg.mkPen(theme.VISIBLE, width=1.2)
         for label in self._labels:
             self._color_label(label)
 

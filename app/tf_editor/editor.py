@@ -188,9 +188,7 @@ class TransferFunctionEditor(QFrame):
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Fold what there is no room for."""
         super().resizeEvent(event)
-        is_narrow = self.width() < CAPTIONED_FROM
-        self.card.set_short(is_narrow)
-        self.menu.set_narrow(is_narrow)
+        self.card.is_short = self.menu.is_narrow = self.width() < CAPTIONED_FROM
         self.resized.emit()
 
     def minimumSizeHint(self) -> QSize:

@@ -288,11 +288,6 @@ class HandleMoves:
             after = self._moved(self.tf, shift, lift)
             self.state.tf_input.set(after, "nudge", f"nudge {kind} {indices}")
 
-    def resize(self, index: int, width: float) -> None:
-        """Set the width of a mode."""
-        opacity = edits.resize_mode(self.tf.opacity, index, width)
-        self.set_opacity(opacity, "width", f"nudge width {index}")
-
     def set_opacity(self, opacity: OpacityTF, text: str, merges: str | None = None) -> None:
         """Replace the opacity TF; edits in a row that merge under one name are one undo step."""
         self.state.tf_input.set(replace(self.tf, opacity=opacity), text, merges)

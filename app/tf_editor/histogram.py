@@ -12,6 +12,7 @@ from PySide6.QtGui import QBrush, QColor, QPainter, QPainterPath, QPen
 from PySide6.QtWidgets import QGraphicsItem, QStyleOptionGraphicsItem, QWidget
 
 from app import theme
+from app.image_view.image_canvas import Painted
 from app.number_box import significant
 from app.tf_editor.unit_axis import ScalarAxis
 from model.scene.transfer_function import Range
@@ -34,22 +35,14 @@ class Curve(QGraphicsItem):
     Painted with each picture of a drag, it takes an eighth of the time of pyqtgraph's.
     """
 
-    def __init__(self, pen: QPen | None = None) -> None:
+    pen = Painted(QPen(Qt.PenStyle.NoPen))
+    brush = Painted(QBrush())
+
+    def __init__(self) -> None:
         super().__init__()
         self.places: NDArray[np.floating] = np.empty(0)
         self.heights: NDArray[np.floating] = np.empty(0)
-        self._pen, self._brush = pen or QPen(Qt.PenStyle.NoPen), QBrush()
         self._line, self._area, self._box = QPainterPath(), QPainterPath(), QRectF()
-
-    def setPen(self, pen: QPen) -> None:
-        """Draw the line in another way."""
-        self._pen = pen
-        self.update()
-
-    def setBrush(self, brush: QBrush | QColor) -> None:
-        """Fill the area in another way."""
-        self._brush = QBrush(brush)
-        self.update()
 
     def draw(self, places: NDArray[np.floating], heights: NDArray[np.floating]) -> None:
         """Draw another line."""
@@ -81,37 +74,28 @@ class Curve(QGraphicsItem):
         self, painter: QPainter, _option: QStyleOptionGraphicsItem, _widget: QWidget | None = None
     ) -> None:
         """Draw the area, and then the line."""
-        if self._brush.style() != Qt.BrushStyle.NoBrush:
-            painter.fillPath(self._area, self._brush)
-        if self._pen.style() != Qt.PenStyle.NoPen:
+        if self.brush.style() != Qt.BrushStyle.NoBrush:
+            painter.fillPath(self._area, self.brush)
+        if self.pen.style() != Qt.PenStyle.NoPen:
             painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-            painter.strokePath(self._line, self._pen)
+            painter.strokePath(self._line, self.pen)
 
 
 class HistogramLayer:
     """Draws numbers of voxels, logarithmically, in a plot with heights from 0 to 1."""
 
     def __init__(self, view: Any) -> None:
-        self._curve = Curve()
-        self._curve.setZValue(-10)
-        self._curve.setCacheMode(QGraphicsItem.CacheMode.DeviceCoordinateCache)
-        view.addItem(self._curve, ignoreBounds=True)
+        self.curve = Curve()
+        self.curve.setZValue(-10)
+        self.curve.setCacheMode(QGraphicsItem.CacheMode.DeviceCoordinateCache)
+        view.addItem(self.curve, ignoreBounds=True)
         self.counts: NDArray[np.int64] = np.zeros(1, dtype=np.int64)
         self.edges: NDArray[np.float64] = np.array([0.0, 1.0])
         self._drawn: NDArray[np.float64] = np.zeros(1)
 
-    @property
-    def is_shown(self) -> bool:
-        """Whether it is drawn."""
-        return bool(self._curve.isVisible())
-
-    def set_shown(self, shown: bool) -> None:
-        """Draw it, or not."""
-        self._curve.setVisible(shown)
-
     def recolor(self) -> None:
         """Take the colours of the theme in use."""
-        self._curve.setBrush(QColor(theme.VOXELS))
+        self.curve.brush = QBrush(QColor(theme.VOXELS))
 
     def said_at(self, value: float, scale: ValueScale) -> str:
         """Return the number of voxels in the bin of a value, in words; empty outside of all."""
@@ -134,12 +118,12 @@ class HistogramLayer:
         places = axis.places(self.edges).clip(-_BEYOND, 1.0 + _BEYOND)
         shown = np.diff(places) > 0
         if not shown.any():
-            self._curve.draw(np.empty(0), np.empty(0))
+            self.curve.draw(np.empty(0), np.empty(0))
             return
         first, last = np.flatnonzero(shown)[[0, -1]]
         heights = np.log1p(self._drawn) / max(np.log1p(self._drawn.max()), 1.0)
         ends = np.repeat(places[first : last + 2], 2)[1:-1]
-        self._curve.draw(ends, np.repeat(heights[first : last + 1], 2))
+        self.curve.draw(ends, np.repeat(heights[first : last + 1], 2))
 
 
 def without_comb(counts: NDArray[np.int64]) -> NDArray[np.float64]:

@@ -14,6 +14,7 @@ from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QWidget
 from app import theme
 from app.controls import fill, text_button
 from app.icons import IconButton
+from app.image_view.image_canvas import Painted
 from app.number_box import NumberBox
 from app.placing import freest
 from app.tf_editor.handles import KINDS, HandleMoves
@@ -42,11 +43,12 @@ OPACITY_MEANING = "Light lost over one voxel length: 0 is transparent, 1 is opaq
 class ModeCard(QFrame):
     """Value, width, opacity and colour of the selected handle, to be read and typed."""
 
+    is_short = Painted(False, "refresh")  # without captions
+
     def __init__(self, area: PlotArea, moves: HandleMoves, color: ColorLayer) -> None:
         super().__init__(area.widget.viewport())
         self._area, self._moves = area, moves
         self._state, self._selection = moves.state, moves.selection
-        self._is_short = False
         self.heading = ""  # what is selected, in words
         self.setProperty("role", "mode card")
         self.setFixedHeight(HEIGHT)
@@ -94,12 +96,6 @@ class ModeCard(QFrame):
             row.addWidget(box)
         row.addWidget(self.color_button)
         row.addWidget(self.remove_button)
-
-    def set_short(self, is_short: bool) -> None:
-        """Leave out the captions, or show them."""
-        if is_short != self._is_short:
-            self._is_short = is_short
-            self.refresh()
 
     def edit(self) -> None:
         """Take the keys: the value is typed next."""
@@ -192,7 +188,7 @@ class ModeCard(QFrame):
     def _show_fields(self, *shown: NumberBox) -> None:
         for box in self.fields:
             box.setVisible(box in shown)
-            self._captions[box].setVisible(box in shown and not self._is_short)
+            self._captions[box].setVisible(box in shown and not self.is_short)
             typed = box.lineEdit().text()
             # As wide as what stands there, and what is typed there next.
             width = box.fontMetrics().horizontalAdvance(f"{typed}0") + 14

@@ -156,7 +156,9 @@ class PlotArea(QObject):
 
     def _said_at(self, point: QPoint) -> str:
         """Text about the histogram's bar at a pixel; empty over a handle."""
-        if self.has_handle_at(point) or not (self.rect.contains(point) and self.histogram.is_shown):
+        if self.has_handle_at(point) or not (
+            self.rect.contains(point) and self.histogram.curve.isVisible()
+        ):
             return ""
         place = float(self.opacity.mapSceneToView(self.widget.mapToScene(point)).x())
         return self.histogram.said_at(self.axis.value(place), self.axis.labels)
@@ -231,16 +233,14 @@ class PlotArea(QObject):
         whole = 1.0 + self.headroom
         ticks = self.scale.ticks()
         self._opacities.set_labels([(at / whole, text) for at, text in ticks], theme.DIM)
-        while len(self._lines) < len(ticks):
-            self._lines.append(pg.InfiniteLine(angle=0))
-            self._lines[-1].setZValue(-20)
-            self.back.addItem(self._lines[-1], ignoreBounds=True)
-        for line, (at, text) in zip(self._lines, ticks, strict=False):
-            line.setPos(at)
+        while self._lines:
+            self.back.removeItem(self._lines.pop())
+        for at, text in ticks:
             style = Qt.PenStyle.DotLine if text == ".5" else Qt.PenStyle.SolidLine
-            line.setPen(pg.mkPen(theme.LINE, width=1, style=style))
-        for number, line in enumerate(self._lines):
-            line.setVisible(number < len(ticks))
+            line = pg.InfiniteLine(at, angle=0, pen=pg.mkPen(theme.LINE, width=1, style=style))
+            line.setZValue(-20)
+            self.back.addItem(line, ignoreBounds=True)
+            self._lines.append(line)
 
     def _label_values(self) -> None:
         self._values.set_labels(self.axis.marks(self._units), theme.DIM)

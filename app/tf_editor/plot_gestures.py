@@ -175,8 +175,9 @@ class EditorKeys(QObject):
         if flank is None or index is None or opacity.points:
             self._moves.nudge(shift, up * _NUDGE_HEIGHT)
         elif right:
-            outwards = shift if flank == 1 else -shift
-            self._moves.resize(index, opacity.modes[index].width + outwards)
+            width = opacity.modes[index].width + (shift if flank == 1 else -shift)
+            resized = edits.resize_mode(opacity, index, width)
+            self._moves.set_opacity(resized, "width", f"nudge width {index}")
 
     def _go(self, step: int) -> None:
         """Go to the next or last handle; beyond the first and last one, out of the plots."""

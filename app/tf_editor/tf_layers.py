@@ -61,7 +61,7 @@ class OpacityLayer(QObject):
         self._fill.draw(_PLACES, heights)
         if self._filled != (tf.color, self._area.axis):
             self._filled = tf.color, self._area.axis
-            self._fill.setBrush(_gradient(tf, self._area.axis))
+            self._fill.brush = _gradient(tf, self._area.axis)
         self._place_peaks(tf)
         self._place_flanks(tf)
 
@@ -106,9 +106,8 @@ class OpacityLayer(QObject):
 
     def recolor(self) -> None:
         """Take the colours of the theme in use."""
-        self._curve.setPen(pg.mkPen(theme.CURVE, width=1.6))
-        dashed = pg.mkPen(theme.DIM, style=Qt.PenStyle.DashLine)
-        self._selected_curve.setPen(dashed)
+        self._curve.pen = pg.mkPen(theme.CURVE, width=1.6)
+        self._selected_curve.pen = pg.mkPen(theme.DIM, style=Qt.PenStyle.DashLine)
         self.refresh()
 
     def _add_curve(self) -> Curve:

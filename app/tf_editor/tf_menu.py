@@ -24,6 +24,7 @@ from PySide6.QtWidgets import (
 
 from app.controls import add_action, add_switch, picture_icon, show_tips, text_button
 from app.icons import BUTTON, IconButton
+from app.image_view.image_canvas import Painted
 from app.number_box import NumberBox, significant
 from app.state.viewer_state import ViewerState
 from app.tf_editor.handles import HandleMoves
@@ -225,6 +226,8 @@ class TransferFunctionMenu(QObject):
 
     scale_wanted = Signal(str)  # with the scale that the volume is to be shown on
 
+    is_narrow = Painted(False, "show_colors")  # whether the colours' button is
+
     def __init__(
         self, area: PlotArea, layer: RangeLayer, moves: HandleMoves, parent: QWidget
     ) -> None:
@@ -250,16 +253,12 @@ class TransferFunctionMenu(QObject):
         self.popup = RangePopup(state, layer, parent)
         self._fill()
         self.menu.aboutToShow.connect(self._refresh)
-        self.set_narrow(False)
-
-    def set_narrow(self, is_narrow: bool) -> None:
-        """Make the colours' button narrower, or as wide as usual."""
-        self.colors_button.setIconSize(QSize(40 if is_narrow else 64, 10))
         self.show_colors()
 
     def show_colors(self) -> None:
         """Show the present colours on their button."""
-        size, color = self.colors_button.iconSize(), self._state.transfer_function.color
+        size, color = QSize(40 if self.is_narrow else 64, 10), self._state.transfer_function.color
+        self.colors_button.setIconSize(size)
         shown = np.linspace(*color.scalar_range, size.width())
         self.colors_button.setIcon(_swatch(color(shown), size))
 
@@ -268,7 +267,11 @@ class TransferFunctionMenu(QObject):
         # Filled when first opened: colour maps take time to import.
         self.colors_menu.aboutToShow.connect(self._fill_colors)
         self._as_curve = add_action(self.menu, "As free curve", self.to_curve)
-        self._as_modes = add_action(self.menu, "As modes", self.to_modes)
+        self._as_modes = add_action(
+            self.menu,
+            "As modes",
+            lambda: self._reshape(fitted_modes(self._state.transfer_function.opacity), "as modes"),
+        )
         add_action(self.menu, "New empty curve", self.start_curve)
         self.menu.addSeparator()
         self._add_range_menu()
@@ -348,9 +351,6 @@ class TransferFunctionMenu(QObject):
         self.colors_menu.addSeparator()
         add_action(self.colors_menu, "Reverse the colours", self.reverse_colors)
 
-    def _use_preset(self, preset: Preset) -> None:
-        self._set(preset.tf, f"preset {preset.name}")
-
     def use_color_map(self, name: str) -> None:
         """Replace the colours by a map's: one undo step."""
         self._recolor(color_tf_of_map(name, self._state.scalar_range), f"colours {name}")
@@ -365,10 +365,6 @@ class TransferFunctionMenu(QObject):
         values = np.linspace(*opacity.scalar_range, TF_SAMPLES)
         samples = tuple(zip(values.tolist(), opacity(values).tolist(), strict=True))
         self._reshape(fitted_curve(replace(opacity, modes=(), points=samples)), "as free curve")
-
-    def to_modes(self) -> None:
-        """Turn a free curve into modes: one undo step."""
-        self._reshape(fitted_modes(self._state.transfer_function.opacity), "as modes")
 
     def start_curve(self) -> None:
         """Begin with a free curve of no opacity: one undo step."""

@@ -74,7 +74,7 @@ class MainWindow(WindowParts):
             (workspace.rangeChanged, self._show_range),
             (workspace.scaleChanged, self._show_scale),
             (workspace.modelChanged, self._show_model),
-            (workspace.hintChanged, self.generator.set_hint),
+            (workspace.hintChanged, lambda text: setattr(self.generator, "hint", text)),
             (workspace.problem, fail),
             (workspace.news, self.status.say),
             (work.settingsChanged, lambda _settings: self._show_light()),
@@ -211,7 +211,7 @@ class MainWindow(WindowParts):
         """Show the latent browser in the generator's place, or the generator again."""
         tf_input = self.state.tf_input
         if choices.shown:
-            self.panes.set_browsing(True)
+            self.panes.is_browsing = True
             self._b_returns = self._b_returns or tf_input.compares
             tf_input.compare(False)
             return
@@ -219,7 +219,7 @@ class MainWindow(WindowParts):
             tf_input.compare(True)
             tf_input.focus("A")
         self._b_returns = False
-        self.panes.set_browsing(False)
+        self.panes.is_browsing = False
 
     def _show_crop_handles(self, _change: object) -> None:
         # While a region is drawn, the mouse is the drawing's.
@@ -261,8 +261,8 @@ class MainWindow(WindowParts):
         work = self.workspace.reference
         lights = work.settings.lighting, work.settings_b.lighting
         of_a, of_b = (f", {LIGHTS[each]}" * (lights[0] != lights[1]) for each in lights)
-        self.reference.set_title(f"A{of_a}" if compares else "Ground truth")
-        self.pane_b.set_title(f"B{of_b}")
+        self.reference.title = f"A{of_a}" if compares else "Ground truth"
+        self.pane_b.title = f"B{of_b}"
         self.editor.show_pane(tf_input.pane if compares else "")
 
     def _show_preparation(self, done: int, wanted: int) -> None:
@@ -287,7 +287,7 @@ class MainWindow(WindowParts):
         """Make room for the generator's image, or give it to the reference."""
         model = self.workspace.model
         # Until it draws something else, one image is enough.
-        self.panes.set_model(model.folder is not None and not model.awaits_path)
+        self.panes.has_model = model.folder is not None and not model.awaits_path
         self.generator.set_drawer(model.title, model.who, model.errors)
         self.brightness.set_lighting("learned", self.workspace.model.lighting)
         self.browser.bar.more.setVisible(self.workspace.latent.session.model is not None)

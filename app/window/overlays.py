@@ -109,8 +109,8 @@ class Overlays(QObject):
         for canvas, cube in zip(self._canvases, self._cubes, strict=True):
             cube.setVisible(self.has("cube") and self._has_volume and canvas is self._right)
         for pane, inset in zip(self._panes, self.insets, strict=True):
-            inset.set_shown(self.has("opacity_images"))
-            pane.set_background(self.background)
+            inset.is_shown = self.has("opacity_images")
+            pane.background = self.background
             pane.canvas.update()
 
     def _paint(self, pane: EnginePane, painter: QPainter, _square: QRect) -> None:

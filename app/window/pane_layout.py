@@ -10,6 +10,7 @@ from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QApplication, QSplitter, QWidget
 
 from app.image_view.engine_pane import EnginePane
+from app.image_view.image_canvas import Painted
 from app.latent_browser.latent_browser import LatentBrowser
 
 LEAST_IMAGE = 220  # width of the image next to the latent browser: its squares give way
@@ -24,14 +25,18 @@ class PaneLayout(QSplitter):
 
     arranged = Signal()  # emitted when an image has come, gone or changed its side
 
+    is_browsing = Painted(
+        False, "_update"
+    )  # whether the latent browser is in the generator's place
+    has_model = Painted(False, "_update")  # whether a generator's image could be shown
+
     def __init__(self, browser: LatentBrowser, panes: Sequence[EnginePane]) -> None:
         super().__init__(Qt.Orientation.Horizontal)
         self._browser, self._panes = browser, panes
         self._generator, self._reference, self._pane_b = panes
         self.shown: Shown = "both"  # the images that the user wants to see
         self.compares = False  # whether B is in sight; then the latent browser is not
-        self.is_browsing = False  # whether the latent browser is in the generator's place
-        self._has_model = self._was_browsing = self._wipes = False
+        self._was_browsing = self._wipes = False
         # Images touch: Qt takes the mouse some pixels next to the line, too.
         self.setHandleWidth(1)
         self.setChildrenCollapsible(False)
@@ -55,7 +60,7 @@ class PaneLayout(QSplitter):
     @property
     def can_compare(self) -> bool:
         """Whether there are a generator's image and the reference to show."""
-        return self._has_model and not (self.is_browsing or self.compares)
+        return self.has_model and not (self.is_browsing or self.compares)
 
     @property
     def wipes(self) -> bool:
@@ -82,18 +87,6 @@ class PaneLayout(QSplitter):
         """Show both images, or one of them alone."""
         self.shown = shown
         self._update()
-
-    def set_model(self, has_model: bool) -> None:
-        """Say whether there is a generator whose image could be shown."""
-        if has_model != self._has_model:
-            self._has_model = has_model
-            self._update()
-
-    def set_browsing(self, browsing: bool) -> None:
-        """Show the latent browser in the generator's place, or the generator again."""
-        if browsing != self.is_browsing:
-            self.is_browsing = browsing
-            self._update()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Keep the latent browser's squares as high as the images."""

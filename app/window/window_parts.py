@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QMainWindow, QSplitter, QVBoxLayout, QWidget
 
@@ -12,7 +14,7 @@ from app.image_view.crop_handles import CropHandles
 from app.image_view.engine_pane import EnginePane
 from app.image_view.exactness_slider import ExactnessSlider, FidelityLine
 from app.image_view.gestures import ViewGestures, ViewKeys
-from app.image_view.pane_focus import PaneFocus, WipeLine
+from app.image_view.pane_focus import WipeLine
 from app.image_view.reference_controls import ReferenceControls
 from app.latent_browser.latent_browser import LatentBrowser
 from app.sensitivity_view.sensitivity_view import SensitivityView
@@ -88,7 +90,7 @@ class WindowParts(QMainWindow):
         work = self.workspace.reference
         for pane in self.context.panes:
             gestures = ViewGestures(pane.canvas, self.state)
-            work.lightRangeChanged.connect(gestures.set_light_range)
+            work.lightRangeChanged.connect(partial(setattr, gestures, "light_range"))
             ViewKeys(pane.canvas, self.state)
         # The images, and what floats over them and moves nothing.
         images = QWidget()
@@ -129,8 +131,7 @@ class WindowParts(QMainWindow):
         self.crop_handles = [CropHandles(pane.canvas, self.state) for pane in self.context.panes]
         self.ruler = Ruler(self.context, self.overlays)
         # Last, so that a pane has the focus before anything is done there.
-        self.wipe = WipeLine(self.reference, self.pane_b)
-        PaneFocus(self.state.tf_input, self.reference, self.pane_b, self.wipe)
+        self.wipe = WipeLine(self.state.tf_input, self.reference, self.pane_b)
 
     def _build_actors(self) -> None:
         """Build what opens, saves and says something."""
@@ -147,7 +148,7 @@ class WindowParts(QMainWindow):
     def arrange(self) -> None:
         """Put cube, tools and cards over the images that are there."""
         images = self.panes.images
-        self.reference.set_alone(len(images) == 1 and not self.panes.wipes)
+        self.reference.is_alone = len(images) == 1 and not self.panes.wipes
         self.overlays.lie_over(images[-1].canvas)
         self.tools.lie_over(None if self.panes.is_browsing else images[0].canvas)
         self._floating.set_corner_of(images[-1] if self.panes.is_browsing else None)

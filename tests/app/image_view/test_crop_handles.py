@@ -246,7 +246,3 @@ def test_labels_are_the_patients_where_they_are_known(state, cube):
     assert cube.toolTip().startswith("Front (the patient's front)")
     QTest.mouseMove(cube, cube.visible_faces["Right"].toPoint())
     assert cube.toolTip().startswith("Right (the patient's left)")
-    # They can be set, and given back.
-    for labels, shown in ((tuple("EWNSUD"), "E"), ((), "+X"), (None, "P")):
-        cube.set_labels(labels)
-        assert cube.labels["+x"] == shown
