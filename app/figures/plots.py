@@ -18,7 +18,6 @@ from PySide6.QtCore import QCoreApplication
 from PySide6.QtWidgets import QGraphicsRectItem
 
 from app.image_view.picture import save_image, software
-from app.tf_editor.unit_axis import ticks
 from model.scene.inputs import SceneInputs
 from model.scene.region import Region
 from model.scene.transfer_function import TF_SAMPLES, GaussianMode, Range
@@ -173,7 +172,8 @@ class Page:
         values = np.linspace(lo, hi, TF_SAMPLES)
         lowest = -STRIP
         if content.band is not None:
-            _area(plot, values, content.band)
+            edge = pg.mkPen((*BAND_COLOR[:3], 150), width=1)
+            plot.plot(values, content.band, pen=edge, fillLevel=0, brush=pg.mkBrush(*BAND_COLOR))
         if content.responses is not None:
             lowest = _add_responses(plot, values, content)
         plot.plot(values, content.opacity, pen=pg.mkPen(OPACITY_COLOR, width=2))
@@ -210,10 +210,14 @@ class Page:
         label_axis(plot, "bottom", "first axis of the map")
         label_axis(plot, "left", "second axis of the map")
         plot.setAspectLocked()
-        x, y = places.astype(np.float64).T
-        plot.addItem(pg.ScatterPlotItem(x, y, size=3, pen=None, brush=pg.mkBrush(*MAP_COLOR)))
+        points = places.astype(np.float64).T
+        plot.addItem(pg.ScatterPlotItem(*points, size=3, pen=None, brush=pg.mkBrush(*MAP_COLOR)))
         for disc in discs:
-            plot.addItem(_blob(disc) if disc[2] else _cross(disc))
+            x, y, radius = disc
+            cross = {"size": 16, "symbol": "+", "pen": pg.mkPen(HOVER_COLOR, width=2)}
+            item = _blob(disc) if radius else pg.ScatterPlotItem([x], [y], **cross)
+            item.setZValue(5)
+            plot.addItem(item)
         if brush is not None:
             pen = pg.mkPen(BRUSH_COLOR, width=2)
             left, lower, right, upper = brush
@@ -272,13 +276,6 @@ def _levels(colors: NDArray[np.floating]) -> Any:
     return pg.ImageItem(levels, axisOrder="row-major", levels=(0, 255))
 
 
-def _area(plot: Any, values: NDArray[np.floating], band: NDArray[np.floating]) -> None:
-    none = pg.PlotDataItem(values, np.zeros_like(values))
-    curve = pg.PlotDataItem(values, band)
-    plot.addItem(pg.FillBetweenItem(none, curve, brush=pg.mkBrush(*BAND_COLOR)))
-    plot.plot(values, band, pen=pg.mkPen((*BAND_COLOR[:3], 150), width=1))
-
-
 def _add_responses(plot: Any, values: NDArray[np.floating], content: TFPlot) -> float:
     """Draw the sensitivity, scaled to the axis of opacities, and return its lowest point."""
     assert content.responses is not None
@@ -298,8 +295,11 @@ def _add_responses(plot: Any, values: NDArray[np.floating], content: TFPlot) -> 
     axis = plot.getAxis("right")
     axis.setTextPen(pg.mkColor(SENSITIVITY_COLOR))
     axis.setWidth(RIGHT_WIDTH)
-    numbers = ticks((lowest * largest, largest), RESPONSES_PER_AXIS)
-    axis.setTicks([[(lowest + at * (1 - lowest), text) for at, text in numbers]])
+    least = (1 - lowest) * largest / RESPONSES_PER_AXIS
+    power = 10.0 ** np.floor(np.log10(least))
+    step = next(m * power for m in (1, 2, 5, 10) if m * power >= least * (1 - 1e-9))
+    marks = np.arange(np.ceil(lowest * largest / step), np.floor(largest / step) + 1) * step
+    axis.setTicks([[(mark / largest, f"{mark + 0.0:.3g}") for mark in marks]])
     return lowest
 
 
@@ -320,13 +320,6 @@ def mosaic(images: NDArray[np.floating]) -> NDArray[np.float32]:
     return picture
 
 
-def _cross(disc: Disc) -> Any:
-    x, y, _ = disc
-    item = pg.ScatterPlotItem([x], [y], size=16, symbol="+", pen=pg.mkPen(HOVER_COLOR, width=2))
-    item.setZValue(5)
-    return item
-
-
 def _blob(disc: Disc) -> Any:
     """Return the Gaussian weights of a disc as an image item."""
     x, y, radius = disc
@@ -339,5 +332,4 @@ def _blob(disc: Disc) -> Any:
     blob[..., 3] = np.rint(235 * weights)
     item = pg.ImageItem(blob, axisOrder="row-major", levels=(0, 255))
     item.setRect(x - radius, y - radius, 2 * radius, 2 * radius)
-    item.setZValue(5)
     return item

@@ -66,7 +66,7 @@ class CropHandles(QObject):
         """Point about which the clipping plane was turned last: its handle is next to it."""
         self._is_front = True
         canvas.setMouseTracking(True)
-        canvas.add_decoration(self._paint)
+        canvas.decorations.append(self._paint)
         canvas.installEventFilter(self)
         cuts = state.crop_input.changed, state.clip_input.changed
         for changed in (state.viewChanged, *cuts, state.navigationChanged):

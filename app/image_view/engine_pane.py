@@ -311,7 +311,7 @@ class OpacityInset(QObject):
         self._pane = pane
         self.picture: QImage | None = None  # the painted image; None while it is not shown
         pane.imageShown.connect(lambda *_: self._refresh())
-        pane.canvas.add_decoration(self._paint)
+        pane.canvas.decorations.append(self._paint)
 
     @property
     def box(self) -> QRectF:
@@ -326,13 +326,9 @@ class OpacityInset(QObject):
         return QRectF(whole.left() + MARGIN, bottom - height, width, height)
 
     def _refresh(self) -> None:
-        before = self.picture
-        self.picture = None
-        rgba = self._pane.rgba
-        if self.is_shown and rgba is not None:
-            self.picture = to_qimage(np.repeat(rgba[..., 3:], 4, axis=2))
-        if self.picture is not before:
-            self._pane.canvas.update()
+        rgba = self._pane.rgba if self.is_shown else None
+        self.picture = None if rgba is None else to_qimage(np.repeat(rgba[..., 3:], 4, axis=2))
+        self._pane.canvas.update()
 
     def _paint(self, painter: QPainter, _square: QRect) -> None:
         canvas = self._pane.canvas

@@ -7,7 +7,7 @@ import math
 from collections.abc import Callable
 from functools import cached_property
 
-from PySide6.QtCore import QPoint, QSignalBlocker, Qt, Signal
+from PySide6.QtCore import QSignalBlocker, Qt, Signal
 from PySide6.QtGui import QHideEvent, QShowEvent
 from PySide6.QtWidgets import (
     QFrame,
@@ -81,11 +81,6 @@ class FidelityLine(QLabel):
             signal.connect(slot)
 
     @property
-    def said(self) -> str:
-        """The present text; empty for an exact image."""
-        return self.fidelity.text
-
-    @property
     def moving(self) -> str:
         """Rate and error of the last images while something moved, as measured; may be empty."""
         return "" if self._errors.moving is None else figures_text(*self._errors.moving)
@@ -153,8 +148,9 @@ class TradePopover(QFrame):
         self._lay_out()
         work.trade.changed.connect(self.refresh)
 
-    def open_below(self, place: QPoint) -> None:
-        """Open with the upper right corner at a place of the screen."""
+    def open_below(self, button: QWidget) -> None:
+        """Open below a button, as far to the right as it."""
+        place = button.mapToGlobal(button.rect().bottomRight())
         self.refresh()
         self.adjustSize()
         self.move(place.x() - self.width(), place.y())
@@ -243,7 +239,7 @@ class ExactnessSlider(QWidget):
         # What is dragged over is not drawn.
         self.slider.setTracking(False)
         self.slider.setFocusPolicy(Qt.FocusPolicy.TabFocus)
-        self.figures = text_button("", "", self.open_popover, "flat")
+        self.figures = text_button("", "", lambda: self.popover.open_below(self.figures), "flat")
         for label in self._ends:
             label.setProperty("role", "dim")
         fast, exact = self._ends
@@ -274,10 +270,6 @@ class ExactnessSlider(QWidget):
         width = self.fontMetrics().horizontalAdvance(widest) + MARGIN
         self.figures.setFixedWidth(max(width, LEAST_WIDTH))
         self._show_figures()
-
-    def open_popover(self) -> None:
-        """Show rate and error of all stops."""
-        self.popover.open_below(self.figures.mapToGlobal(self.figures.rect().bottomRight()))
 
     def _show(self, choices: ReferenceChoices) -> None:
         with QSignalBlocker(self.slider):

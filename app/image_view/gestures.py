@@ -102,6 +102,14 @@ WHEEL_REST_MS = 200  # pause after a wheel event that ends a zoom gesture
 PIXELS_PER_NOTCH = 40.0  # scrolled pixels of a touchpad that count as a notch of a wheel
 LEAST_PINCH = 0.1  # least factor of a single step of a pinch, whose drivers may report nonsense
 Gesture = Literal["turn", "roll", "pan", "light"]
+OTHER_BUTTONS: dict[Qt.MouseButton, Gesture] = {
+    Qt.MouseButton.RightButton: "roll",
+    Qt.MouseButton.MiddleButton: "pan",
+}
+LEFT_BUTTON: dict[tuple[bool, bool], Gesture] = {
+    (False, False): "turn", (True, False): "roll", (False, True): "pan", (True, True): "light",
+}  # fmt: skip
+"""Gestures of a drag with it, and whether Ctrl and Shift are down."""
 
 
 class ViewGestures(QObject):
@@ -162,19 +170,12 @@ class ViewGestures(QObject):
         return True
 
     def _gesture_of(self, event: QMouseEvent) -> Gesture | None:
-        if event.button() == Qt.MouseButton.RightButton:
-            return "roll"
-        if event.button() == Qt.MouseButton.MiddleButton:
-            return "pan"
-        if event.button() != Qt.MouseButton.LeftButton:
-            return None
-        control = bool(event.modifiers() & Qt.KeyboardModifier.ControlModifier)
-        shift = bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)
-        if control and shift:
-            return None if self._state.light is None else "light"
-        if control or shift:
-            return "roll" if control else "pan"
-        return "turn"
+        button, keys = event.button(), event.modifiers()
+        if button != Qt.MouseButton.LeftButton:
+            return OTHER_BUTTONS.get(button)
+        control = bool(keys & Qt.KeyboardModifier.ControlModifier)
+        gesture = LEFT_BUTTON[control, bool(keys & Qt.KeyboardModifier.ShiftModifier)]
+        return None if gesture == "light" and self._state.light is None else gesture
 
     def _release(self, event: QMouseEvent) -> bool:
         # What handles events before may have kept the release that was waited for.

@@ -143,7 +143,7 @@ class ImageCanvas(KeyedWidget):
         self.image: QImage | None = None
         self.message = ""
         self._message_color = theme.ON_IMAGE.dim
-        self._decorations: list[Decoration] = []
+        self.decorations: list[Decoration] = []  # painted over the image whenever it is
 
     @property
     def image_rect(self) -> QRect:
@@ -199,10 +199,6 @@ class ImageCanvas(KeyedWidget):
         self.image = image
         self.update()
 
-    def add_decoration(self, paint: Decoration) -> None:
-        """Have something painted over the image whenever it is."""
-        self._decorations.append(paint)
-
     def show_message(self, text: str, color: str = theme.ON_IMAGE.dim) -> None:
         """Show a message over the image."""
         self.message = text
@@ -240,7 +236,7 @@ class ImageCanvas(KeyedWidget):
                 painter.drawLine(rect.topLeft(), rect.topRight())
                 painter.drawLine(rect.bottomLeft(), rect.bottomRight())
             if not self.message:
-                for paint in self._decorations:
+                for paint in self.decorations:
                     painter.save()
                     paint(painter, self.image_rect)
                     painter.restore()

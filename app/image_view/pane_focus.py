@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QWidget
 
 from app.controls import BY_KEYS
 from app.image_view.engine_pane import EnginePane
-from app.image_view.image_canvas import ImageCanvas
+from app.image_view.image_canvas import ImageCanvas, Painted
 from app.state.edited_tf import EditedTF, PaneName
 
 GRIP = 9  # width next to the wipe line that takes the mouse, in pixels
@@ -22,6 +22,8 @@ class WipeLine(QWidget):
 
     On either side of it, as in any pane, a press of the mouse or the keys have that pane edited.
     """
+
+    is_shown = Painted(False, "_place")  # with B to its right; else A is everywhere
 
     def __init__(self, tf_input: EditedTF, pane: EnginePane, pane_b: EnginePane) -> None:
         super().__init__(pane.canvas)
@@ -37,11 +39,6 @@ class WipeLine(QWidget):
         for widget in (pane.canvas, pane.caption, *self._of_b):
             widget.installEventFilter(self)
 
-    def set_shown(self, shown: bool) -> None:
-        """Show B to the right of the line, or A everywhere."""
-        self.setVisible(shown)
-        self._place()
-
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
         """Move the line with the mouse."""
         place = self.mapTo(self._canvas, event.position()).x() / max(self._canvas.width(), 1)
@@ -54,9 +51,10 @@ class WipeLine(QWidget):
 
     def _place(self) -> None:
         canvas = self._canvas
+        self.setVisible(self.is_shown)
         at = round(self.share * canvas.width())
         self.setGeometry(at - GRIP // 2, 0, GRIP, canvas.height())
-        canvas.wiped = None if self.isHidden() else (self._canvas_b, at)
+        canvas.wiped = (self._canvas_b, at) if self.is_shown else None
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """Note which pane is meant, and pass the event on."""
@@ -66,7 +64,7 @@ class WipeLine(QWidget):
             watched.gave_focus = False
         if self._tf_input.compares and (kind == QEvent.Type.MouseButtonPress or by_keys):
             is_b = watched in self._of_b
-            if watched is self._canvas and not by_keys and not self.isHidden():
+            if watched is self._canvas and not by_keys and self.is_shown:
                 x = cast(QMouseEvent, event).position().x()
                 is_b = x > self.share * self._canvas.width()
             pane: PaneName = "B" if is_b else "A"

@@ -148,11 +148,10 @@ class Preview(QObject):
         self._pane = pane
         self._area = area
         self.is_shown = False  # whether a picture covers the reference's
-        self._curve = Curve()
+        self._curve = Curve(area.opacity)
         self._curve.pen = pg.mkPen(theme.ATTENTION, width=1.6, dash=[5, 3])
         self._curve.setZValue(80)
         self._curve.hide()
-        area.opacity.addItem(self._curve, ignoreBounds=True)
 
     def show_tf(self, tf: OpacityTF | None) -> None:
         """Draw a TF over the editor's own; None for none."""

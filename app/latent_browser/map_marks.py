@@ -72,10 +72,8 @@ class MapFrame:
     def shifted(self, dx: float, dy: float) -> MapFrame:
         """Move the map by pixels."""
         (x, y), s = self.center, self.scale
-        limit = AROUND
-        return replace(
-            self, center=(min(max(x - dx / s, -limit), limit), min(max(y + dy / s, -limit), limit))
-        )
+        x, y = (min(max(at, -AROUND), AROUND) for at in (x - dx / s, y + dy / s))
+        return replace(self, center=(x, y))
 
 
 Grip = Literal["new", "move", "pan", "left", "right", "lower", "upper"]
@@ -118,18 +116,17 @@ def dragged(
     return min(left, right), min(lower, upper), max(left, right), max(lower, upper)
 
 
-def cursor_of(grips: tuple[Grip, ...]) -> Qt.CursorShape:
-    """Return the shape of the mouse over what it would grip."""
-    shapes = Qt.CursorShape
-    if grips in (("left", "lower"), ("right", "upper")):
-        return shapes.SizeBDiagCursor
-    if grips in (("left", "upper"), ("right", "lower")):
-        return shapes.SizeFDiagCursor
-    if grips in (("left",), ("right",)):
-        return shapes.SizeHorCursor
-    if grips in (("lower",), ("upper",)):
-        return shapes.SizeVerCursor
-    return shapes.CrossCursor
+CURSORS: dict[tuple[Grip, ...], Qt.CursorShape] = {
+    ("left", "lower"): Qt.CursorShape.SizeBDiagCursor,
+    ("right", "upper"): Qt.CursorShape.SizeBDiagCursor,
+    ("left", "upper"): Qt.CursorShape.SizeFDiagCursor,
+    ("right", "lower"): Qt.CursorShape.SizeFDiagCursor,
+    ("left",): Qt.CursorShape.SizeHorCursor,
+    ("right",): Qt.CursorShape.SizeHorCursor,
+    ("lower",): Qt.CursorShape.SizeVerCursor,
+    ("upper",): Qt.CursorShape.SizeVerCursor,
+}
+"""The mouse over edges of the brush; elsewhere it is a cross."""
 
 
 BRUSH = "#f0f0f0"

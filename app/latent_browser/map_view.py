@@ -21,7 +21,7 @@ from PySide6.QtGui import (
 from app import theme
 from app.image_view.image_canvas import ARROWS, KeyedWidget, Painted
 from app.latent_browser import map_marks as marks
-from app.latent_browser.map_marks import WHEEL_FACTOR, Grip, MapFrame, cursor_of, dragged, grips_at
+from app.latent_browser.map_marks import WHEEL_FACTOR, Grip, MapFrame, dragged, grips_at
 from app.state.latent_session import LatentSession, LatentState
 from model.latent.latent_map import Brush
 
@@ -139,7 +139,8 @@ class MapView(KeyedWidget):
         """Drag what is gripped; without a button, say what is under the mouse."""
         at = event.position()
         if self._pressed is None:
-            self.setCursor(cursor_of(grips_at(self.frame, self._latent.brush, at)))
+            grips = grips_at(self.frame, self._latent.brush, at)
+            self.setCursor(marks.CURSORS.get(grips, Qt.CursorShape.CrossCursor))
             self._hover(at)
             return
         distance = at - self._pressed

@@ -59,7 +59,7 @@ class RegionLayer(QObject):
         self._tool: Tool | None = None
         self._place_before: tuple[float, float] | None = None
         canvas.setMouseTracking(True)
-        canvas.add_decoration(self._paint)
+        canvas.decorations.append(self._paint)
         canvas.installEventFilter(self)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:

@@ -96,13 +96,13 @@ class ResponseLayer:
         self._view = area.second
         self._limit = FLOOR
         self.peaks = Peaks()
-        self._curves = {name: Curve() for name in ("exact", "learned")}
+        self._curves = {name: Curve(area.second) for name in ("exact", "learned")}
         self._zero = pg.InfiniteLine(0, angle=0)
         self._cut = pg.ScatterPlotItem(size=9, pen=None)
         self._stems = pg.PlotCurveItem(connect="pairs")
         self._tops = pg.ScatterPlotItem(size=6, pen=None)
         self._shown: dict[str, tuple[NDArray[np.float64], Range]] = {}
-        for item in (self._zero, self._cut, self._stems, self._tops, *self._curves.values()):
+        for item in (self._zero, self._cut, self._stems, self._tops):
             self._view.addItem(item, ignoreBounds=True)
         for curve in self._curves.values():
             curve.hide()
@@ -298,9 +298,8 @@ class VisibleLayer:
 
     def __init__(self, area: PlotArea, asker: SensitivityAsker) -> None:
         self._area, self._asker, self._state = area, asker, asker.state
-        self._curve = Curve()
+        self._curve = Curve(area.back)
         self._curve.setZValue(-5)
-        area.back.addItem(self._curve, ignoreBounds=True)
         self._labels: list[Any] = []
         self._peaks: list[tuple[float, float]] = []
         self.recolor()

@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from PySide6.QtCore import QObject, QPoint, QPointF, QSize, Qt, Signal
-from PySide6.QtGui import QKeySequence, QMouseEvent, QResizeEvent, QShortcut
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QSplitter, QSplitterHandle, QVBoxLayout, QWidget
+from PySide6.QtCore import QEvent, QObject, QPoint, QPointF, QSize, Qt, Signal
+from PySide6.QtGui import QKeySequence, QResizeEvent, QShortcut
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QSplitter, QVBoxLayout, QWidget
 
 from app.caption_button import CaptionButton
 from app.controls import fill
@@ -226,15 +226,6 @@ SMALL_BELOW = 800  # height of a window that is not small, in pixels: below are 
 HANDLE = 1  # height of the dragged line, in pixels: the mouse has 5
 
 
-class _Handle(QSplitterHandle):
-    def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
-        """Bring the usual height back."""
-        event.accept()
-        splitter = self.splitter()
-        assert isinstance(splitter, DockSplitter)
-        splitter.reset()
-
-
 class DockSplitter(QSplitter):
     """Keeps the editor's share of the window's height: the usual one, or the dragged one."""
 
@@ -252,15 +243,18 @@ class DockSplitter(QSplitter):
         self.setStretchFactor(0, 1)
         self.setStretchFactor(1, 0)
         handle = self.handle(1)
+        handle.installEventFilter(self)
         handle.setToolTip(
             "Drag to resize the editor; double-click for its usual height; F9 folds it"
         )
         editor.folded.connect(self._apply)
         self.splitterMoved.connect(lambda *_: self._note())
 
-    def createHandle(self) -> QSplitterHandle:
-        """Return the line, which takes double clicks."""
-        return _Handle(self.orientation(), self)
+    def eventFilter(self, _watched: QObject, event: QEvent) -> bool:
+        """Bring the usual height back by a double click on the line."""
+        if event.type() == QEvent.Type.MouseButtonDblClick:
+            self.reset()
+        return False
 
     def set_share(self, share: float | None) -> None:
         """Give the editor a part of the window's height; None for the usual one."""

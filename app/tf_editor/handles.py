@@ -20,6 +20,7 @@ from PySide6.QtWidgets import (
 
 from app import theme
 from app.engines.background import Pause
+from app.image_view.image_canvas import Painted
 from app.state.viewer_state import STEP_MS, ViewerState
 from model.scene import tf_editing as edits
 from model.scene.transfer_function import OpacityTF, TransferFunction
@@ -35,12 +36,14 @@ _ADDING = Qt.KeyboardModifier.ShiftModifier | Qt.KeyboardModifier.ControlModifie
 class DragHandle(QGraphicsObject):
     """A draggable mark of constant size in pixels, placed in the plot's coordinates."""
 
+    is_hovered = Painted(False)
+
     def __init__(
         self,
         shape: Shape,
         drag: Callable[[float, float], object],
         release: Callable[[], object],
-        press: Callable[[], object] = lambda: None,
+        press: Callable[[bool], object] = lambda _adds: None,
         menu: Callable[[QPoint], object] = lambda _point: None,
         double_click: Callable[[], object] = lambda: None,
     ) -> None:
@@ -55,11 +58,9 @@ class DragHandle(QGraphicsObject):
         self._drag, self._release, self._press = drag, release, press
         self.menu, self._double_click = menu, double_click
         self._look = QColor(theme.CURVE), False, False
-        self.is_hovered = False
         self._grip: QPointF | None = None
         self._wanted: QPointF | None = None
         self._pause = Pause(self, STEP_MS, self._step)
-        self.adds = False  # whether it was pressed with Shift or Ctrl, to be selected with others
 
     def set_look(self, fill: QColor, selected: bool, *, ringed: bool | None = None) -> None:
         """Set fill and highlight; a ring, by default of all selected but squares, is for keys."""
@@ -104,8 +105,7 @@ class DragHandle(QGraphicsObject):
 
     def mousePressEvent(self, event: QGraphicsSceneMouseEvent) -> None:
         """Select, and begin a drag with the left button."""
-        self.adds = bool(event.modifiers() & _ADDING)
-        self._press()
+        self._press(bool(event.modifiers() & _ADDING))
         if event.button() == Qt.MouseButton.LeftButton:
             # Keep the offset between mouse and mark, so that the mark does not jump.
             self._grip = self.pos() - self._plot_position(event)
@@ -138,12 +138,10 @@ class DragHandle(QGraphicsObject):
     def hoverEnterEvent(self, _event: QGraphicsSceneHoverEvent) -> None:
         """Enlarge the mark slightly under the mouse."""
         self.is_hovered = True
-        self.update()
 
     def hoverLeaveEvent(self, _event: QGraphicsSceneHoverEvent) -> None:
         """Restore the mark's size."""
         self.is_hovered = False
-        self.update()
 
     def rest(self) -> None:
         """Leave out the step that waits: the edit has ended."""
@@ -250,7 +248,7 @@ class HandleMoves:
         """The TF that is edited."""
         return self.state.transfer_function
 
-    def press(self, kind: Kind, index: int, *, adds: bool = False) -> None:
+    def press(self, kind: Kind, index: int, adds: bool) -> None:
         """Select the handle pressed, with the others or alone, and remember the TF."""
         if adds:
             self.selection.toggle(kind, index)

@@ -38,8 +38,9 @@ class Curve(QGraphicsItem):
     pen = Painted(QPen(Qt.PenStyle.NoPen))
     brush = Painted(QBrush())
 
-    def __init__(self) -> None:
+    def __init__(self, plot: Any) -> None:
         super().__init__()
+        plot.addItem(self, ignoreBounds=True)
         self.places: NDArray[np.floating] = np.empty(0)
         self.heights: NDArray[np.floating] = np.empty(0)
         self._line, self._area, self._box = QPainterPath(), QPainterPath(), QRectF()
@@ -85,10 +86,9 @@ class HistogramLayer:
     """Draws numbers of voxels, logarithmically, in a plot with heights from 0 to 1."""
 
     def __init__(self, view: Any) -> None:
-        self.curve = Curve()
+        self.curve = Curve(view)
         self.curve.setZValue(-10)
         self.curve.setCacheMode(QGraphicsItem.CacheMode.DeviceCoordinateCache)
-        view.addItem(self.curve, ignoreBounds=True)
         self.counts: NDArray[np.int64] = np.zeros(1, dtype=np.int64)
         self.edges: NDArray[np.float64] = np.array([0.0, 1.0])
         self._drawn: NDArray[np.float64] = np.zeros(1)

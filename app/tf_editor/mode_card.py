@@ -55,7 +55,7 @@ class ModeCard(QFrame):
         # Between its fields, the mouse is not the plot's.
         self.setCursor(Qt.CursorShape.ArrowCursor)
         self.setAttribute(Qt.WidgetAttribute.WA_NoMousePropagation)
-        self.value, self.width_box, self.height_box = (
+        self.value, self.width_box, self.height_box = self.fields = tuple(
             NumberBox(meaning=text) for text in (VALUE_MEANING, WIDTH_MEANING, OPACITY_MEANING)
         )
         self._captions: dict[QWidget, QLabel] = {}
@@ -65,21 +65,12 @@ class ModeCard(QFrame):
         self.remove_button = IconButton("delete", "Delete", "Delete")
         # Within the card's frame.
         self.remove_button.setFixedSize(24, 24)
+        self.controls: tuple[QWidget, ...] = *self.fields, self.color_button, self.remove_button
         self._lay_out()
         for box, what in zip(self.fields, FIELDS, strict=True):
             box.valueChanged.connect(partial(self._typed, what))
         self.remove_button.clicked.connect(moves.remove)
         self.refresh()
-
-    @property
-    def fields(self) -> tuple[NumberBox, ...]:
-        """The number fields, in the order of Tab."""
-        return self.value, self.width_box, self.height_box
-
-    @property
-    def controls(self) -> tuple[QWidget, ...]:
-        """All that takes the focus, in the order of Tab."""
-        return *self.fields, self.color_button, self.remove_button
 
     def _lay_out(self) -> None:
         self._row = row = fill(QHBoxLayout(self), margins=(8, 0, 4, 0), spacing=4)

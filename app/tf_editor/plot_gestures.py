@@ -10,6 +10,7 @@ from PySide6.QtCore import QEvent, QObject, QPoint, QPointF, QRect, QSize, Qt
 from PySide6.QtGui import QKeyEvent, QMouseEvent, QWheelEvent
 from PySide6.QtWidgets import QRubberBand
 
+from app.image_view.image_canvas import ARROWS
 from app.tf_editor.handles import DragHandle, HandleMoves, Kind, Selection
 from app.tf_editor.plot_area import PlotArea
 from app.tf_editor.tf_layers import ColorLayer, OpacityLayer
@@ -134,14 +135,9 @@ class EditorKeys(QObject):
             (key.Key_Plus, shift): partial(area.zoom, 1),
             (key.Key_Minus, none): partial(area.zoom, -1),
         }
-        for arrow, right, up in (
-            (key.Key_Left, -1, 0),
-            (key.Key_Right, 1, 0),
-            (key.Key_Up, 0, 1),
-            (key.Key_Down, 0, -1),
-        ):
-            self._slots[arrow, none] = partial(self._nudge, right, up)
-            self._slots[arrow, shift] = partial(self._nudge, _BIG_NUDGE * right, _BIG_NUDGE * up)
+        for arrow, (right, down) in ARROWS.items():
+            self._slots[arrow, none] = partial(self._nudge, right, -down)
+            self._slots[arrow, shift] = partial(self._nudge, _BIG_NUDGE * right, -_BIG_NUDGE * down)
         area.widget.installEventFilter(self)
 
     def eventFilter(self, _watched: QObject, event: QEvent) -> bool:
@@ -206,12 +202,9 @@ class EditorKeys(QObject):
 
     def _select_all(self) -> None:
         """Select all handles of the current one's kind; all modes or points without one."""
-        tf = self._moves.tf
-        if self._selection.index("color") is not None:
-            self._selection.select("color", *range(len(tf.color.stops)))
-        else:
-            count = len(edits.opacity_handles(tf.opacity))
-            self._selection.select("opacity", *range(count))
+        kind = self._selection.kind if self._selection.current is not None else "opacity"
+        indices = [index for of, index, flank in self._targets() if of == kind and flank is None]
+        self._selection.select(kind, *indices)
 
     def _targets(self) -> list[tuple[Kind, int, int | None]]:
         """All handles in the order of Tab: modes with their flanks or points, then stops."""

@@ -36,7 +36,7 @@ class RangeLine(DragHandle):
         outwards: int,
         drag: Callable[[float, float], object],
         release: Callable[[], object],
-        press: Callable[[], object],
+        press: Callable[[bool], object],
     ) -> None:
         super().__init__("line", drag, release, press)
         left = -_GRIP[0] if outwards < 0 else 0.0
@@ -133,7 +133,7 @@ class RangeLayer(QObject):
             -1 if end == 0 else 1,
             partial(self._drag, end),
             self._finish,
-            lambda: self._begin(adds=line.adds),
+            self._begin,
         )
         self._area.opacity.addItem(line, ignoreBounds=True)
         return line

@@ -37,10 +37,9 @@ class OpacityLayer(QObject):
         super().__init__(area)
         self._area, self._moves = area, moves
         self._state, self._selection = moves.state, moves.selection
-        self._fill = Curve()
-        area.back.addItem(self._fill, ignoreBounds=True)
+        self._fill = Curve(area.back)
         self._filled: object = None
-        self._curve, self._selected_curve = self._add_curve(), self._add_curve()
+        self._curve, self._selected_curve = Curve(area.opacity), Curve(area.opacity)
         self.peaks: list[DragHandle] = []  # handles of the modes or points, in order
         self.flanks = tuple(self._add_flank() for _ in range(2))
         """Left and right handle of the selected mode's width."""
@@ -110,17 +109,12 @@ class OpacityLayer(QObject):
         self._selected_curve.pen = pg.mkPen(theme.DIM, style=Qt.PenStyle.DashLine)
         self.refresh()
 
-    def _add_curve(self) -> Curve:
-        curve = Curve()
-        self._area.opacity.addItem(curve, ignoreBounds=True)
-        return curve
-
     def _add_peak(self, index: int) -> DragHandle:
         handle = DragHandle(
             "circle",
             partial(self._drag_peak, index),
             self._finish_drag,
-            lambda: self._moves.press("opacity", index, adds=handle.adds),
+            partial(self._moves.press, "opacity", index),
             partial(self._peak_menu, index),
         )
         self._area.opacity.addItem(handle, ignoreBounds=True)
@@ -257,7 +251,7 @@ class ColorLayer(QObject):
             "pin",
             lambda x, _y: self._drag(index, x),
             self._finish_drag,
-            lambda: self._moves.press("color", index, adds=handle.adds),
+            partial(self._moves.press, "color", index),
             partial(self._menu, index),
             lambda: self.choose_color(index),
         )

@@ -43,13 +43,7 @@ from model.scene.tf_presets import (
     presets,
     reversed_colors,
 )
-from model.scene.transfer_function import (
-    TF_SAMPLES,
-    ColorTF,
-    OpacityTF,
-    Range,
-    TransferFunction,
-)
+from model.scene.transfer_function import TF_SAMPLES, ColorTF, OpacityTF, Range, TransferFunction
 from model.scene.value_scale import values_at
 
 PICTURE = 96  # sides of a picture, in pixels

@@ -234,7 +234,7 @@ class MainWindow(WindowParts):
         images = self.panes.images
         shown = self.generator in images, self.reference in images, self.panes.compares
         self.workspace.show_images(*shown)
-        self.wipe.set_shown(self.panes.wipes)
+        self.wipe.is_shown = self.panes.wipes
         self._show_focus()
         self.memory.note_panes()
         self.menus.refresh()

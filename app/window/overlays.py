@@ -60,7 +60,7 @@ class Overlays(QObject):
         self._right = canvases[-1]
         self.insets = [OpacityInset(pane) for pane in self._panes]
         for pane in self._panes:
-            pane.canvas.add_decoration(partial(self._paint, pane))
+            pane.canvas.decorations.append(partial(self._paint, pane))
         self.refresh()
 
     @property
@@ -160,7 +160,7 @@ class ImageError(QObject):
         self._compared: Comparison | None = None
         for pane in context.panes:
             pane.imageShown.connect(partial(self._take, pane))
-            pane.canvas.add_decoration(partial(self._paint, pane))
+            pane.canvas.decorations.append(partial(self._paint, pane))
         self._state.inputsChanged.connect(self.follow)
 
     @property

@@ -25,9 +25,7 @@ class PaneLayout(QSplitter):
 
     arranged = Signal()  # emitted when an image has come, gone or changed its side
 
-    is_browsing = Painted(
-        False, "_update"
-    )  # whether the latent browser is in the generator's place
+    is_browsing = Painted(False, "_update")  # with the latent browser in the generator's place
     has_model = Painted(False, "_update")  # whether a generator's image could be shown
 
     def __init__(self, browser: LatentBrowser, panes: Sequence[EnginePane]) -> None:

@@ -107,7 +107,7 @@ class Slices(QObject):
             view.setStatusTip("Slices (S)")
             view.installEventFilter(self)
         for pane in self._context.panes:
-            pane.canvas.add_decoration(self._paint)
+            pane.canvas.decorations.append(self._paint)
             # After the view's keys, so that it gets them first.
             pane.canvas.installEventFilter(self)
         return column

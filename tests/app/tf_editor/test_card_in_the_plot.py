@@ -111,8 +111,7 @@ def test_the_colour_of_a_mode_is_chosen_at_its_card_in_one_step(make_editor, sta
 
 def test_the_card_leaves_the_peak_of_what_is_visible_clear(make_editor, qtbot):
     editor = make_editor(1164, 200, 150.0, 0.3)
-    area, curve = editor.area, Curve()
-    area.back.addItem(curve, ignoreBounds=True)
+    area, curve = editor.area, Curve(editor.area.back)
     before = editor.card.geometry()
     place = area.opacity.mapSceneToView(area.widget.mapToScene(before.center())).x()
     values = np.linspace(100.0, 200.0, 201)

@@ -168,7 +168,7 @@ def test_a_click_on_nothing_is_said_and_escape_ends_the_ruler(make_window):
     canvas, state = window.reference.canvas, window.state
     # In one image of A and B, each place is measured in what is drawn there.
     state.tf_input.compare(True)
-    window.wipe.set_shown(True)
+    window.wipe.is_shown = True
     nothing = OpacityTF(state.scalar_range)
     state.tf_input.focus("B")
     state.tf_input.set(replace(state.transfer_function, opacity=nothing))
