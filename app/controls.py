@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
-from typing import Literal, TypeVar
+from typing import Generic, Literal, TypeVar, cast
 
 from PySide6.QtCore import QBuffer, QEvent, QIODevice, QObject, QPoint, QSize, Qt
 from PySide6.QtGui import (
@@ -118,6 +118,35 @@ def _plain(text: str) -> str:
 
 
 T = TypeVar("T")
+
+ARROWS: dict[int, tuple[int, int]] = {
+    Qt.Key.Key_Left: (-1, 0),
+    Qt.Key.Key_Right: (1, 0),
+    Qt.Key.Key_Up: (0, -1),
+    Qt.Key.Key_Down: (0, 1),
+}
+"""Steps to the right and down of arrow keys."""
+
+
+class Painted(Generic[T]):
+    """An attribute of a widget: a change of it paints the widget anew, or calls another method."""
+
+    def __init__(self, first: T, then: str = "update") -> None:
+        self._first, self._then = first, then
+
+    def __set_name__(self, _owner: type, name: str) -> None:
+        self._name = f"_{name}"
+
+    def __get__(self, widget: object, _owner: type | None = None) -> T:
+        return cast(T, getattr(widget, self._name, self._first))
+
+    def __set__(self, widget: object, value: T) -> None:
+        before = getattr(widget, self._name, self._first)
+        if value is not before and value != before:
+            setattr(widget, self._name, value)
+            getattr(widget, self._then)()
+
+
 L = TypeVar("L", bound="QBoxLayout")
 
 BY_KEYS = (

@@ -18,7 +18,7 @@ from PySide6.QtGui import QFontDatabase, QIcon
 from PySide6.QtWidgets import QApplication
 
 from app.engines.engines import REAL_BUILDERS, Builders
-from app.image_view.picture import save_image
+from app.picture import save_image
 from app.state.preferences import Preferences, user_folder
 from app.state.window_start import WindowStart
 from app.theme import apply_theme

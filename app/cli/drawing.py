@@ -369,7 +369,7 @@ def _check_for_model(asked: Render) -> None:
 
 
 def _write_picture(asked: Render, drawer: Drawer) -> None:
-    from app.image_view.picture import save_image, software
+    from app.picture import save_image, software
 
     image = _figure(asked, drawer, drawer.inputs.view)
     facts, brightness = drawer.facts(), _brightness(asked, drawer)

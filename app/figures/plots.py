@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from PySide6.QtCore import QCoreApplication
 from PySide6.QtWidgets import QGraphicsRectItem
 
-from app.image_view.picture import save_image, software
+from app.picture import save_image, software
 from model.scene.inputs import SceneInputs
 from model.scene.region import Region
 from model.scene.transfer_function import TF_SAMPLES, GaussianMode, Range

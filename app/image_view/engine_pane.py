@@ -13,13 +13,13 @@ from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from app import theme
 from app.caption_button import CaptionButton, Tone
-from app.controls import fill
+from app.controls import Painted, fill
 from app.engines.client import Channel, EngineClient, EngineName, EngineState
 from app.engines.messages import Result
 from app.engines.requests import Request
-from app.image_view.image_canvas import LEAST_PROGRESS, ImageCanvas, Painted, to_qimage
-from app.image_view.picture import BLACK, Background
+from app.image_view.image_canvas import LEAST_PROGRESS, ImageCanvas, to_qimage
 from app.number_box import short
+from app.picture import BLACK, Background
 from app.state.at_work import PATIENCE_MS
 from app.state.edited_tf import PaneName
 from app.state.edits import Brightness, Lit

@@ -13,8 +13,8 @@ from PySide6.QtCore import QEvent, QObject, QPointF, QRectF, Qt
 from PySide6.QtGui import QKeyEvent, QMouseEvent, QNativeGestureEvent, QWheelEvent
 from PySide6.QtWidgets import QWidget
 
+from app.controls import ARROWS
 from app.engines.background import Pause
-from app.image_view.image_canvas import ARROWS
 from app.state.view_navigation import ViewNavigation
 from app.state.viewer_state import STEP_MS, ViewerState
 from model.scene.orientation import angles_in, view_in

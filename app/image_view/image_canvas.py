@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Generic, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,40 +11,11 @@ from PySide6.QtGui import QColor, QFocusEvent, QImage, QPainter, QPaintEvent, QP
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from app import theme
-from app.controls import BY_KEYS
-from app.image_view.picture import BLACK, Background, paint_background
+from app.controls import BY_KEYS, Painted
+from app.picture import BLACK, Background, paint_background
 from model.rendering.brightness import brighten
 from model.rendering.raster import Raster
 from model.scene.region import Reach
-
-T = TypeVar("T")
-
-ARROWS: dict[int, tuple[int, int]] = {
-    Qt.Key.Key_Left: (-1, 0),
-    Qt.Key.Key_Right: (1, 0),
-    Qt.Key.Key_Up: (0, -1),
-    Qt.Key.Key_Down: (0, 1),
-}
-"""Steps to the right and down of arrow keys."""
-
-
-class Painted(Generic[T]):
-    """An attribute of a widget: a change of it paints the widget anew, or calls another method."""
-
-    def __init__(self, first: T, then: str = "update") -> None:
-        self._first, self._then = first, then
-
-    def __set_name__(self, _owner: type, name: str) -> None:
-        self._name = f"_{name}"
-
-    def __get__(self, widget: object, _owner: type | None = None) -> T:
-        return cast(T, getattr(widget, self._name, self._first))
-
-    def __set__(self, widget: object, value: T) -> None:
-        before = getattr(widget, self._name, self._first)
-        if value is not before and value != before:
-            setattr(widget, self._name, value)
-            getattr(widget, self._then)()
 
 
 class KeyedWidget(QWidget):

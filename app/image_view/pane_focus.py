@@ -8,9 +8,9 @@ from PySide6.QtCore import QEvent, QObject, Qt
 from PySide6.QtGui import QFocusEvent, QMouseEvent
 from PySide6.QtWidgets import QWidget
 
-from app.controls import BY_KEYS
+from app.controls import BY_KEYS, Painted
 from app.image_view.engine_pane import EnginePane
-from app.image_view.image_canvas import ImageCanvas, Painted
+from app.image_view.image_canvas import ImageCanvas
 from app.state.edited_tf import EditedTF, PaneName
 
 GRIP = 9  # width next to the wipe line that takes the mouse, in pixels

@@ -19,14 +19,8 @@ from PySide6.QtGui import (
 )
 
 from app import theme
-from app.image_view.image_canvas import (
-    ARROWS,
-    LEAST_PROGRESS,
-    KeyedWidget,
-    Painted,
-    paint_progress,
-    to_qimage,
-)
+from app.controls import ARROWS, Painted
+from app.image_view.image_canvas import LEAST_PROGRESS, KeyedWidget, paint_progress, to_qimage
 from app.state.edits import Brightness
 from app.state.latent_pictures import GridPicture
 from model.latent.latent_map import CELLS

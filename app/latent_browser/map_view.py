@@ -19,7 +19,8 @@ from PySide6.QtGui import (
 )
 
 from app import theme
-from app.image_view.image_canvas import ARROWS, KeyedWidget, Painted
+from app.controls import ARROWS, Painted
+from app.image_view.image_canvas import KeyedWidget
 from app.latent_browser import map_marks as marks
 from app.latent_browser.map_marks import WHEEL_FACTOR, Grip, MapFrame, dragged, grips_at
 from app.state.latent_session import LatentSession, LatentState

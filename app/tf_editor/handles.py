@@ -19,8 +19,8 @@ from PySide6.QtWidgets import (
 )
 
 from app import theme
+from app.controls import Painted
 from app.engines.background import Pause
-from app.image_view.image_canvas import Painted
 from app.state.viewer_state import STEP_MS, ViewerState
 from model.scene import tf_editing as edits
 from model.scene.transfer_function import OpacityTF, TransferFunction

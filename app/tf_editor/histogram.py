@@ -12,7 +12,7 @@ from PySide6.QtGui import QBrush, QColor, QPainter, QPainterPath, QPen
 from PySide6.QtWidgets import QGraphicsItem, QStyleOptionGraphicsItem, QWidget
 
 from app import theme
-from app.image_view.image_canvas import Painted
+from app.controls import Painted
 from app.number_box import significant
 from app.tf_editor.unit_axis import ScalarAxis
 from model.scene.transfer_function import Range

@@ -12,9 +12,8 @@ from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QWidget
 
 from app import theme
-from app.controls import fill, text_button
+from app.controls import Painted, fill, text_button
 from app.icons import IconButton
-from app.image_view.image_canvas import Painted
 from app.number_box import NumberBox
 from app.placing import freest
 from app.tf_editor.handles import KINDS, HandleMoves

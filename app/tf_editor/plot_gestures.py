@@ -10,7 +10,7 @@ from PySide6.QtCore import QEvent, QObject, QPoint, QPointF, QRect, QSize, Qt
 from PySide6.QtGui import QKeyEvent, QMouseEvent, QWheelEvent
 from PySide6.QtWidgets import QRubberBand
 
-from app.image_view.image_canvas import ARROWS
+from app.controls import ARROWS
 from app.tf_editor.handles import DragHandle, HandleMoves, Kind, Selection
 from app.tf_editor.plot_area import PlotArea
 from app.tf_editor.tf_layers import ColorLayer, OpacityLayer

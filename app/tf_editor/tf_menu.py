@@ -22,9 +22,8 @@ from PySide6.QtWidgets import (
     QWidgetAction,
 )
 
-from app.controls import add_action, add_switch, picture_icon, show_tips, text_button
+from app.controls import Painted, add_action, add_switch, picture_icon, show_tips, text_button
 from app.icons import BUTTON, IconButton
-from app.image_view.image_canvas import Painted
 from app.number_box import NumberBox, significant
 from app.state.viewer_state import ViewerState
 from app.tf_editor.handles import HandleMoves

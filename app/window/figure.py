@@ -24,7 +24,7 @@ from PySide6.QtGui import (
 )
 
 from app.image_view.image_canvas import to_qimage
-from app.image_view.picture import BLACK, Background, compose, empty_picture
+from app.picture import BLACK, Background, compose, empty_picture
 from app.tf_editor.unit_axis import ticks
 from model.rendering.raster import at_size_of
 from model.rendering.scale_bar import Scale, ScaleBar

@@ -23,8 +23,8 @@ from PySide6.QtWidgets import (
 )
 
 from app.controls import WheelGuard, answer_box, fill, form, label, list_box
-from app.image_view.picture import BLACK, LARGEST_SIZE, WHITE, Background, paint_background
 from app.number_box import WholeNumberBox
+from app.picture import BLACK, LARGEST_SIZE, WHITE, Background, paint_background
 from app.window.figure import CONTENTS, FigureChoice, Size, Which
 from model.rendering.scale_bar import DEPTH_TEXT
 from model.volume_files.checks import readable_size

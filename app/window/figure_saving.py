@@ -21,7 +21,7 @@ from app.engines.background import LatestCall
 from app.engines.client import Channels, EngineState
 from app.engines.messages import Result
 from app.engines.requests import PictureRequest, Quality
-from app.image_view.picture import save_image
+from app.picture import save_image
 from app.state.at_work import AtWork
 from app.state.settings import FigureSettings
 from app.window.context import Context, ask_for_place, proposed_name

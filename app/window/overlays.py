@@ -17,7 +17,7 @@ from app.glosses import SENTENCES
 from app.image_view.engine_pane import EnginePane, OpacityInset
 from app.image_view.image_canvas import ImageCanvas, to_qimage
 from app.image_view.orientation_cube import OrientationCube
-from app.image_view.picture import BLACK, WHITE, Background
+from app.picture import BLACK, WHITE, Background
 from app.sensitivity_view.field_cover import paint_bar
 from app.state.edited_tf import PaneName
 from app.state.settings import BackgroundChoice, DifferenceChoice

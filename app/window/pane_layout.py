@@ -9,8 +9,8 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QApplication, QSplitter, QWidget
 
+from app.controls import Painted
 from app.image_view.engine_pane import EnginePane
-from app.image_view.image_canvas import Painted
 from app.latent_browser.latent_browser import LatentBrowser
 
 LEAST_IMAGE = 220  # width of the image next to the latent browser: its squares give way

@@ -7,7 +7,7 @@ from PIL import Image
 from window_fakes import FakeEngine, make_request
 
 from app.image_view.image_canvas import to_qimage
-from app.image_view.picture import compose
+from app.picture import compose
 from app.state.at_work import PATIENCE_MS
 from model.scene.view import View
 

@@ -14,7 +14,7 @@ from window_fakes import PATIENCE_S
 from app.engines.client import EngineState
 from app.engines.engines import REAL_BUILDERS
 from app.engines.requests import SupersededError
-from app.image_view.picture import BLACK
+from app.picture import BLACK
 from app.state import generator_work, reference_choices, reference_work
 from app.state.generator_work import PATH_TITLE
 from app.state.library import Library
