@@ -198,9 +198,8 @@ def save_region_edits(
         page.tf(row, 2, plot)
         if step.changes is not None and step.mode is not None:
             ours, true = step.changes
-            said.append(
-                f"{step.mode.mean:.4g}{f' {units}' if units else ''} ({ours:.3f}, {true:.3f})"
-            )
+            value = f"{step.mode.mean:.4g} {units}".rstrip()
+            said.append(f"{value} ({ours:.3f}, {true:.3f})")
     page.save(
         path,
         "Blue: opacity TF; red: how the white region's colours change with an edit (Eq. 11, RMS "
@@ -229,7 +228,7 @@ def save_value_edits(
         page.picture(row, 2, f"field, r = {PAPER_R}", field.blocks)
         page.picture(row, 3, "field, each pixel", field.pixels)
         plot = TFPlot.of(
-            f"field of {field.value:.4g}{f' {units}' if units else ''}",
+            f"field of {field.value:.4g} {units}".rstrip(),
             step.inputs,
             units,
             responses=field.responses,
@@ -294,7 +293,7 @@ def save_error_curves(path: Path, study: Study, result: dict[str, Any]) -> None:
     page.save(path)
 
 
-LATENT_MAP, LATENT_GRID = 620, 620  # widths in pixels; both are as high
+LATENT_MAP = 620  # width and height of the map and of the grid, in pixels
 
 
 def save_latent_figure(
@@ -314,16 +313,11 @@ def save_latent_figure(
     To the left are pictures (H, W, 3) of the cells of a brush, to the right that of a place, over
     its decoded TF. A radius of 0 marks a place that is approximate.
     """
-    widths = [LATENT_MAP]
-    if grid is not None:
-        widths.insert(0, LATENT_GRID)
-    if picture is not None:
-        widths.append(PLOT)
+    column = int(grid is not None)
+    widths = [LATENT_MAP] * (1 + column) + [PLOT] * (picture is not None)
     page = Page(title, widths, [LATENT_MAP // 2] * 2)
-    column = 0
     if grid is not None:
         page.picture(0, 0, "Means of the rectangle's 4 x 4 cells", grid, rows=2)
-        column = 1
     discs = [] if place is None else [place]
     page.map(0, column, f"Map of {len(places):,} opacity TFs", places, brush, discs, rows=2)
     if picture is not None and place is not None:

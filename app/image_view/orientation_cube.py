@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QEvent, QObject, QPointF, QRectF, QSize, Qt
+from PySide6.QtCore import QEvent, QPointF, QRectF, QSize, Qt
 from PySide6.QtGui import (
     QColor,
     QFont,
@@ -24,12 +24,13 @@ from PySide6.QtWidgets import QWidget
 
 from app import theme
 from app.image_view.gestures import DEGREES_PER_PIXEL, turn
+from app.image_view.image_canvas import ImageCanvas
 from app.state.viewer_state import ViewerState
 from model.scene.orientation import STANDARD_VIEWS, faces
 from model.scene.view import AXES, View, axis_direction
 
 SIZE = 64
-PLACE = 6  # distance in pixels to the parent's corner
+PLACE = 6  # distance in pixels to the image's corner
 HALF_EDGE = 17.0
 EYE, FAR = 6.0, 1e4
 """Distance of the eye that sees the cube, in halves of its edge; and in orthographic views."""
@@ -61,12 +62,11 @@ class _Face:
 
 
 class OrientationCube(QWidget):
-    """Shows the view's direction in the upper right corner of its parent."""
+    """Shows the view's direction in the upper right corner of an image."""
 
-    def __init__(self, state: ViewerState, parent: QWidget) -> None:
-        super().__init__(parent)
-        self._state = state
-        self._canvas = parent
+    def __init__(self, state: ViewerState, canvas: ImageCanvas) -> None:
+        super().__init__(canvas)
+        self._state, self._canvas = state, canvas
         self._pressed: QPointF | None = None
         self._last = QPointF()
         self._dragged = False
@@ -80,7 +80,7 @@ class OrientationCube(QWidget):
         self.setToolTip(HELP)
         state.viewChangeFinished.connect(self.follow)
         state.navigationChanged.connect(self.follow)
-        parent.installEventFilter(self)
+        canvas.resized.connect(self._place)
         self._place()
 
     @property
@@ -105,12 +105,6 @@ class OrientationCube(QWidget):
         """Show the view that there is by now."""
         self.follow()
         super().showEvent(event)
-
-    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Stay in the parent's corner."""
-        if event.type() == QEvent.Type.Resize and watched is self.parent():
-            self._place()
-        return False
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
         """Begin a drag or a click."""

@@ -55,10 +55,8 @@ class BrightnessSlider(QWidget):
         label = QLabel("Brightness")
         self.slider = QSlider(Qt.Orientation.Horizontal)
         WheelGuard(self.slider)
-        self.slider.setRange(
-            round(STEPS_PER_OCTAVE * math.log2(DARKEST)),
-            round(STEPS_PER_OCTAVE * math.log2(BRIGHTEST)),
-        )
+        ends = (round(STEPS_PER_OCTAVE * math.log2(end)) for end in (DARKEST, BRIGHTEST))
+        self.slider.setRange(*ends)
         self.slider.setMinimumWidth(150)
         self.slider.setToolTip(
             "Brighten or darken both images. Dark colours change by this factor, bright ones by "

@@ -161,9 +161,7 @@ class CellGrid(KeyedWidget):
         if key in ARROWS:
             right, down = ARROWS[key]
             row, column = divmod(cell or 0, CELLS)
-            row, column = (
-                min(max(n + step, 0), CELLS - 1) for n, step in ((row, down), (column, right))
-            )
+            row, column = (min(max(n, 0), CELLS - 1) for n in (row + down, column + right))
             self._hover(0 if cell is None else row * CELLS + column)
         elif key in (Qt.Key.Key_Return, Qt.Key.Key_Enter) and cell in self.images:
             self.chosen.emit(cell)
@@ -190,11 +188,8 @@ class CellGrid(KeyedWidget):
             if self._picture is not None and cell is not None:
                 tip = explanation_of(self._picture, cell)
             self.setToolTip(tip)
-            self.setCursor(
-                Qt.CursorShape.PointingHandCursor
-                if cell in self.images
-                else Qt.CursorShape.ArrowCursor
-            )
+            shapes = Qt.CursorShape
+            self.setCursor(shapes.PointingHandCursor if cell in self.images else shapes.ArrowCursor)
             self.hovered.emit(cell)
             self.update()
 

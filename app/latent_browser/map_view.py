@@ -72,13 +72,11 @@ class MapView(KeyedWidget):
         """Bring a rectangle into sight, so that it fills about half of the view."""
         left, lower, right, upper = brush
         side = max(right - left, upper - lower, 1e-3)
-        frame = MapFrame(
-            self.width(), self.height(), center=((left + right) / 2, (lower + upper) / 2)
-        )
+        middle = (left + right) / 2, (lower + upper) / 2
+        frame = MapFrame(self.width(), self.height(), center=middle)
         wanted = min(frame.width, frame.height) * 0.55 / (side * frame.scale)
-        if wanted > self.frame.zoom or not QRectF(self.rect()).contains(
-            self.frame.rectangle(brush)
-        ):
+        is_in_sight = QRectF(self.rect()).contains(self.frame.rectangle(brush))
+        if wanted > self.frame.zoom or not is_in_sight:
             self._set_frame(replace(frame, zoom=min(max(wanted, 1.0), 30.0)))
 
     def paintEvent(self, _event: QPaintEvent) -> None:
@@ -191,13 +189,9 @@ class MapView(KeyedWidget):
         at = self.frame.pixel(place)
         if key in ARROWS:
             right, down = ARROWS[key]
-            moved = at + QPointF(KEY_STEP * right, KEY_STEP * down)
-            self._hover(
-                QPointF(
-                    min(max(moved.x(), 0.0), float(self.width())),
-                    min(max(moved.y(), 0.0), float(self.height())),
-                )
-            )
+            x = min(max(at.x() + KEY_STEP * right, 0.0), float(self.width()))
+            y = min(max(at.y() + KEY_STEP * down, 0.0), float(self.height()))
+            self._hover(QPointF(x, y))
         elif key in (Qt.Key.Key_Return, Qt.Key.Key_Enter) and self._latent.hover is not None:
             self.chosen.emit()
         elif key in (Qt.Key.Key_Plus, Qt.Key.Key_Equal):

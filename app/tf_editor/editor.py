@@ -305,11 +305,8 @@ class PlotMemory(QObject):
         if before == self._series and known.visible is None:
             return
         self._area.set_scale(OpacityScale(known.opacity_scale == "logarithmic"))
-        self._area.set_axis(
-            ScalarAxis.over(
-                self._area.axis.full, known.value_scale == "logarithmic", opened.volume.scale
-            )
-        )
+        full, is_logarithmic = self._area.axis.full, known.value_scale == "logarithmic"
+        self._area.set_axis(ScalarAxis.over(full, is_logarithmic, opened.volume.scale))
 
     def settle(self) -> None:
         """Bring the values into sight that were seen last, once the volume is shown."""

@@ -118,15 +118,11 @@ class ModeCard(QFrame):
             self.remove_button.setEnabled(False)
         self.setAccessibleName(self.heading)
         self.setToolTip(self.heading)
-        numbers = [
-            f"{box.accessibleName().lower()} {box.text()}"
-            for box in self.fields
-            if not box.isHidden()
-        ]
-        is_any = self._selection.current is not None
-        self._area.widget.setAccessibleDescription(
-            ", ".join([self.heading, *numbers]) if is_any else self.heading
-        )
+        said = [self.heading]
+        if self._selection.current is not None:
+            shown = [box for box in self.fields if not box.isHidden()]
+            said += [f"{box.accessibleName().lower()} {box.text()}" for box in shown]
+        self._area.widget.setAccessibleDescription(", ".join(said))
         self.place()
 
     def _show_opacity_handle(self, opacity: OpacityTF, index: int) -> None:
@@ -168,10 +164,8 @@ class ModeCard(QFrame):
     def _set_value(self, limits: tuple[float, float], value: float) -> None:
         # An end is fixed.
         self.value.setEnabled(limits[0] < limits[1])
-        if self.value.isEnabled():
-            self.value.set_limits(*limits, self._state.scale)
-        else:
-            self.value.set_limits(*self._state.scalar_range, self._state.scale)
+        ends = limits if self.value.isEnabled() else self._state.scalar_range
+        self.value.set_limits(*ends, self._state.scale)
         self.value.numbers = self._state.file.label_numbers or {}
         self.value.show_value(value)
 
@@ -226,17 +220,9 @@ class ModeCard(QFrame):
         flags = [flag.geometry() for flag in area.flags if not flag.isHidden()]
         kept_clear = [flag.adjusted(-ROOM, -ROOM, ROOM, ROOM) for flag in flags]
         own = QRect(at.x() - OWN, at.y() - OWN, 2 * OWN, 2 * OWN)
-        corner = _free_corner(
-            at,
-            size,
-            PIN_GAP if is_pin else GAP,
-            area.rect,
-            (
-                kept_clear,
-                [*area.handle_boxes(), *area.label_boxes(), own],
-                [*self._curve_boxes(), *area.peak_boxes()],
-            ),
-        )
+        marks = [*area.handle_boxes(), *area.label_boxes(), own]
+        layers = kept_clear, marks, [*self._curve_boxes(), *area.peak_boxes()]
+        corner = _free_corner(at, size, PIN_GAP if is_pin else GAP, area.rect, layers)
         self.setGeometry(QRect(corner, size))
         self.show()
         self.raise_()

@@ -129,9 +129,7 @@ class PlotArea(QObject):
     def rect(self) -> QRect:
         """The opacity plot in pixels of the widget."""
         box = self.opacity.sceneBoundingRect()
-        return QRect(
-            self.widget.mapFromScene(box.topLeft()), self.widget.mapFromScene(box.bottomRight())
-        )
+        return QRect(*map(self.widget.mapFromScene, (box.topLeft(), box.bottomRight())))
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """Take the colours of another theme, and say how many voxels a bar stands for."""
@@ -399,10 +397,8 @@ class PlotLabels(QGraphicsWidget):
         size = self.size()
         if self._side == "bottom":
             # The unit makes the last one long: it ends where the window does.
-            left = min(
-                place * size.width() - width / 2, size.width() + OVERHANG - LABEL_GAP - width
-            )
-            return QRectF(left, 2, width, height)
+            farthest = size.width() + OVERHANG - LABEL_GAP - width
+            return QRectF(min(place * size.width() - width / 2, farthest), 2, width, height)
         y = (1.0 - place) * size.height() - height / 2
         left = size.width() - LABEL_GAP - width if self._side == "left" else NEAR_GAP
         return QRectF(left, y, width, height)

@@ -166,21 +166,17 @@ class RangeLayer(QObject):
         ends = [axis.place(value) for value in self._before.scalar_range]
         other = ends[1 - end]
         place = min(max(place, 0.0), 1.0)
-        wanted = min(place, other - LEAST_DISTANCE) if end == 0 else max(
-            place, other + LEAST_DISTANCE
-        )  # fmt: skip
+        at = min(place, other - LEAST_DISTANCE) if end == 0 else max(place, other + LEAST_DISTANCE)
         lo, hi = self._before.scalar_range
-        value = axis.value(wanted)
+        value = axis.value(at)
         scalar_range = (value, hi) if end == 0 else (lo, value)
         if scalar_range[0] >= scalar_range[1]:
             return
         # From the TF before the drag, so that what a line passes over comes back with it.
-        changed = (
-            fit_to_range(self._begun, scalar_range)
-            if self._cuts
-            else stretch_to_range(self._before, scalar_range)
-        )
-        self._state.tf_input.move(changed)
+        if self._cuts:
+            self._state.tf_input.move(fit_to_range(self._begun, scalar_range))
+        else:
+            self._state.tf_input.move(stretch_to_range(self._before, scalar_range))
         how = "cut" if self._cuts else "Ctrl: cut"
         text = f"range {range_text(scalar_range, scalar_range, self._state.scale)}   {how}"
         self._area.show_readout(self._area.opacity, value, 0.8, text)

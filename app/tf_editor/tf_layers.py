@@ -219,11 +219,8 @@ class ColorLayer(QObject):
         stop = self._selection.index("color")
         if handle is not None:
             value = edits.opacity_handles(tf.opacity)[handle][0]
-            near = [
-                index
-                for index, other in enumerate(tf.color.stops)
-                if abs(other[0] - value) <= tf.opacity.bin_width / 2
-            ]
+            reach = tf.opacity.bin_width / 2
+            near = [i for i, each in enumerate(tf.color.stops) if abs(each[0] - value) <= reach]
             self._choose(*((tf.color, near[0]) if near else edits.add_stop(tf.color, value)))
         elif stop is not None:
             self.choose_color(stop)

@@ -87,24 +87,18 @@ class PresetMenu(QMenu):
         histogram = self._area.histogram
         scalar_range = self._state.scalar_range
         is_smooth = self._state.interpolates
-        default = Preset(
-            "Default",
-            "Three modes, by the volume's histogram" if is_smooth else "Each label in its colour",
-            # Like the others it leaves the range as it is.
-            fit_to_range(self._state.default, scalar_range),
-        )
+        what = "Three modes, by the volume's histogram" if is_smooth else "Each label in its colour"
+        # Like the others it leaves the range as it is.
+        default = Preset("Default", what, fit_to_range(self._state.default, scalar_range))
         if not is_smooth:
             # Looks such as skin or glass say nothing of labels.
             return default, *self.own()
-        others = presets(
-            scalar_range,
-            histogram.counts,
-            histogram.edges,
-            self.units,
-            self._state.scale,
-            # Of the whole volume, so that the order stays whatever range is shown.
-            bool(self._state.axis_labels) or looks_like_hu(self._area.data_range, self.units),
+        # Of the whole volume, so that the order stays whatever range is shown.
+        of_patient = bool(self._state.axis_labels) or looks_like_hu(
+            self._area.data_range, self.units
         )
+        counts, edges = histogram.counts, histogram.edges
+        others = presets(scalar_range, counts, edges, self.units, self._state.scale, of_patient)
         return default, *others, *self.own()
 
     def take(self, item: QListWidgetItem) -> None:
@@ -260,23 +254,15 @@ class TransferFunctionMenu(QObject):
         # Filled when first opened: colour maps take time to import.
         self.colors_menu.aboutToShow.connect(self._fill_colors)
         self._as_curve = add_action(self.menu, "As free curve", self.to_curve)
-        self._as_modes = add_action(
-            self.menu,
-            "As modes",
-            lambda: self._reshape(fitted_modes(self._state.transfer_function.opacity), "as modes"),
-        )
+        self._as_modes = add_action(self.menu, "As modes", self.to_modes)
         add_action(self.menu, "New empty curve", self.start_curve)
         self.menu.addSeparator()
         self._add_range_menu()
         self._add_axis_menu()
         self.menu.addSeparator()
         tip = "A colour stop at the mean of a mode moves with the mode"
-        follow = add_switch(
-            self.menu,
-            "Colours follow their mode",
-            tip,
-            partial(setattr, self._moves, "colors_follow"),
-        )
+        switch = partial(setattr, self._moves, "colors_follow")
+        follow = add_switch(self.menu, "Colours follow their mode", tip, switch)
         follow.setChecked(self._moves.colors_follow)
 
     def _add_range_menu(self) -> None:
@@ -317,13 +303,9 @@ class TransferFunctionMenu(QObject):
 
     def show_scales(self) -> None:
         """Check the scales that the plot has, which may be another volume's by now."""
-        shown = (
-            (self._scale, self._area.axis.labels == "log"),
-            (self._logarithmic, self._area.axis.scale != "linear"),
-            (self._fine, self._area.scale.logarithmic),
-        )
-        for action, checked in shown:
-            action.setChecked(checked)
+        self._scale.setChecked(self._area.axis.labels == "log")
+        self._logarithmic.setChecked(self._area.axis.scale != "linear")
+        self._fine.setChecked(self._area.scale.logarithmic)
 
     def _refresh(self) -> None:
         # What was wanted may have been refused.
@@ -358,6 +340,10 @@ class TransferFunctionMenu(QObject):
         values = np.linspace(*opacity.scalar_range, TF_SAMPLES)
         samples = tuple(zip(values.tolist(), opacity(values).tolist(), strict=True))
         self._reshape(fitted_curve(replace(opacity, modes=(), points=samples)), "as free curve")
+
+    def to_modes(self) -> None:
+        """Turn a free curve into modes: one undo step."""
+        self._reshape(fitted_modes(self._state.transfer_function.opacity), "as modes")
 
     def start_curve(self) -> None:
         """Begin with a free curve of no opacity: one undo step."""

@@ -109,15 +109,6 @@ class ScalarAxis:
         by = min(max(by, first), last - 1.0)
         return self._between(by, 1.0 + by)
 
-    def ticks(self, count: int = 6) -> list[tuple[float, str]]:
-        """Choose about `count` round values to label: places and texts."""
-        if self.scale == "linear":
-            return ticks(self.visible, count, self.labels)
-        chosen = self._decades()
-        if len(chosen) < 3:
-            return [(self.place(float(text)), text) for _, text in ticks(self.visible, count)]
-        return chosen
-
     def marks(self, unit: str = "") -> list[tuple[float, str]]:
         """Return both ends of what is visible, and round values between them: places and texts."""
         lo, hi = values_at(self.visible, self.labels).tolist()
@@ -130,7 +121,11 @@ class ScalarAxis:
             ends = [_text(end, 4) for end in (lo, hi)]
         else:
             ends = [_text(round(end / step) * step, digits) for end in (lo, hi)]
-        inner = [(at, text) for at, text in self.ticks(9) if 0 < at < 1]
+        inner = ticks(self.visible, 9, self.labels)
+        if self.scale != "linear":
+            decades = self._decades()
+            inner = decades if len(decades) > 2 else [(self.place(float(t)), t) for _, t in inner]
+        inner = [(at, text) for at, text in inner if 0 < at < 1]
         found = [(0.0, ends[0]), *inner, (1.0, f"{ends[1]} {unit}".rstrip())]
         return [(at, text.replace("-", MINUS)) for at, text in found]
 
@@ -148,9 +143,8 @@ class ScalarAxis:
         lo, hi = self.visible
         bend = bend_for(self.full)
         largest = max(abs(lo), abs(hi))
-        powers = [
-            10.0**n for n in range(math.ceil(math.log10(bend)), math.floor(math.log10(largest)) + 1)
-        ]
+        first, last = math.ceil(math.log10(bend)), math.floor(math.log10(largest))
+        powers = [10.0**n for n in range(first, last + 1)]
         tens = [sign * power for power in reversed(powers) for sign in (1, -1)]
         more = [factor * ten for ten in tens for factor in (2, 5)]
         taken: list[tuple[float, str]] = []

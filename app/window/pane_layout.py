@@ -101,11 +101,8 @@ class PaneLayout(QSplitter):
         # One image is always there.
         alone = self.shown == "generator" and generator
         focus = QApplication.focusWidget()
-        had = [
-            part
-            for part in (*self.images, self._browser)
-            if focus is not None and part.isAncestorOf(focus)
-        ]
+        parts = *self.images, self._browser
+        had = [part for part in parts if focus is not None and part.isAncestorOf(focus)]
         self._browser.setVisible(self.is_browsing)
         self._generator.setVisible(generator)
         self._reference.setVisible(not alone)
