@@ -2,7 +2,6 @@ import configparser
 import contextlib
 import json
 import sys
-from importlib.metadata import version
 from pathlib import Path
 
 import pytest
@@ -52,13 +51,6 @@ def test_others_are_chosen(file, option, value, capsys):
     assert f"no {option[2:]} '7'; there are" in capsys.readouterr().err
 
 
-def test_directions_and_units_of_a_patient(capsys):
-    found = facts(capsys, str(CASES / "dicom" / "padding_signed"))
-    assert (found["units"], found["space"]) == ("HU", "LPS")
-    assert found["directions"] == [[1, 0, 0], [0, 1, 0], [0, 0, 1]]
-    assert any("missing" in note for note in found["notes"])
-
-
 def test_a_spacing_is_typed(capsys):
     path = CASES / "tiff" / "numpy_4d.tif"
     found = facts(capsys, str(path), "--spacing", "0.5,0.5,2 um")
@@ -101,11 +93,6 @@ def test_the_entry_opens_a_file_and_has_an_icon(tmp_path, monkeypatch):
     entry = parser["Desktop Entry"]
     assert entry["Exec"] == '"/opt/with space/tfscope" %f'
     assert Path(entry["Icon"]).is_file()
-
-
-def test_the_version_is_that_of_the_package(capsys):
-    assert run(["--version"]) == 0
-    assert capsys.readouterr().out == f"tfscope {version('tfscope')}\n"
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="a full device of Linux")

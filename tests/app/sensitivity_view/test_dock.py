@@ -1,5 +1,4 @@
 import numpy as np
-import pytest
 from mouse_events import drag
 from PySide6.QtCore import QPoint, QRect, Qt
 from PySide6.QtTest import QTest
@@ -21,19 +20,6 @@ def resize(qtbot, window, width, height):
 
 def box_of(widget, parent):
     return QRect(widget.mapTo(parent, QPoint()), widget.size())
-
-
-def test_the_line_above_is_dragged_and_comes_back_by_a_double_click(qtbot, window):
-    resize(qtbot, window, 1280, 900)
-    handle = window._splitter.handle(1)
-    at = QPoint(handle.width() // 2, 3)
-    drag(handle, at, at - QPoint(0, 90))
-    dragged = window.editor.height()
-    assert dragged == pytest.approx(315 + 90, abs=12)
-    resize(qtbot, window, 1280, 1000)
-    assert window.editor.height() == pytest.approx(dragged * 1000 / 900, abs=3)
-    QTest.mouseDClick(handle, LEFT, pos=at)
-    assert window.editor.height() == 350
 
 
 def test_a_region_opens_the_panel_and_escape_closes_both(qtbot, window):

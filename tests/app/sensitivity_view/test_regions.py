@@ -1,15 +1,12 @@
-from itertools import combinations
-
 import numpy as np
 import pytest
 from mouse_events import at, drag
-from PySide6.QtCore import QRectF, Qt
+from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QInputDialog
 from sensitivity_events import asked, hover
 
 from app.engines.requests import RegionSensitivityRequest
-from app.sensitivity_view.region_layer import name_corners
 from model.scene.region import Outline
 
 
@@ -201,19 +198,3 @@ def test_beside_the_square_of_a_wide_image_all_is_asked_and_shown_too(qtbot, mak
         hover(window, value)
     qtbot.waitUntil(lambda: canvas.cover is not None)
     assert (canvas.cover.height(), canvas.cover.width()) == shape
-
-
-PLATE = QRectF(-5, -14, 70, 19)
-
-
-@pytest.mark.parametrize(
-    "regions",
-    [
-        [QRectF(100, 100, 80, 60)] * 6,
-        [QRectF(100 + 9 * step, 100 + 5 * step, 150, 60) for step in range(5)],
-    ],
-)
-def test_no_name_lies_over_another(regions):
-    corners = name_corners(regions, [PLATE] * len(regions))
-    boxes = [PLATE.translated(corner) for corner in corners]
-    assert not any(a.intersects(b) for a, b in combinations(boxes, 2))

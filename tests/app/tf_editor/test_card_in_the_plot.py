@@ -1,14 +1,12 @@
 from dataclasses import replace
 from itertools import product
 
-import numpy as np
 import pytest
-from PySide6.QtCore import QPoint, QRect, Qt
+from PySide6.QtCore import QRect, Qt
 from PySide6.QtGui import QColor
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QColorDialog, QToolButton
 
-from app.tf_editor.histogram import Curve
 from model.scene.transfer_function import GaussianMode, OpacityTF
 
 SIZES = [(1440, 315), (1000, 224), (724, 224)]
@@ -63,18 +61,6 @@ def test_the_card_is_at_its_handle_in_the_plot_and_over_no_flag(make_editor, sta
         assert not any(box.intersects(flag.geometry()) for flag in flags)
 
 
-def test_while_a_handle_is_dragged_it_has_its_numbers_only(qtbot, make_editor):
-    editor = make_editor()
-    viewport = editor.area.widget.viewport()
-    start = editor.area.widget.mapFromScene(editor.opacity.peaks[0].scenePos())
-    left = Qt.MouseButton.LeftButton
-    QTest.mousePress(viewport, left, pos=start)
-    QTest.mouseMove(viewport, start + QPoint(40, 20))
-    qtbot.waitUntil(lambda: editor.card.isHidden() and bool(editor.area.readout))
-    QTest.mouseRelease(viewport, left, pos=start + QPoint(40, 20))
-    assert editor.card.isVisible() and not editor.area.readout
-
-
 def test_f2_types_the_value_tab_goes_on_and_escape_returns(qtbot, make_editor, state):
     editor = make_editor()
     card = editor.card
@@ -107,19 +93,3 @@ def test_the_colour_of_a_mode_is_chosen_at_its_card_in_one_step(make_editor, sta
     assert tuple(state.transfer_function.color(130.0)) == pytest.approx((0.2, 0.4, 0.6))
     state.edits.undo()
     assert state.transfer_function == before
-
-
-def test_the_card_leaves_the_peak_of_what_is_visible_clear(make_editor, qtbot):
-    editor = make_editor(1164, 200, 150.0, 0.3)
-    area, curve = editor.area, Curve(editor.area.back)
-    before = editor.card.geometry()
-    place = area.opacity.mapSceneToView(area.widget.mapToScene(before.center())).x()
-    values = np.linspace(100.0, 200.0, 201)
-    peak = np.exp(-(((values - area.axis.value(place)) / 2.0) ** 2))
-    area.draw(curve, peak, (100.0, 200.0))
-    editor.card.place()
-    box = editor.card.geometry()
-    assert box != before
-    for each, height in zip(curve.places, curve.heights, strict=True):
-        if height > 0.5:
-            assert not box.contains(area.pixel(area.back, each, height))

@@ -50,7 +50,7 @@ def test_dragging_a_peak_edits_live_and_makes_one_undo_step(qtbot, editor, state
     assert float(value) == pytest.approx(150.0, abs=0.3)
     assert (first, second) == ("value", "opacity")
     assert float(height) == pytest.approx(0.8, abs=0.02)
-    assert editor.card.heading == "Mode 1 of 2"
+    assert editor.card.heading == "Mode 1 of 2" and editor.card.isHidden()
     with qtbot.waitSignal(state.tf_input.changeFinished):
         release(editor, end)
     mode = state.transfer_function.opacity.modes[0]

@@ -4,8 +4,8 @@ from functools import partial
 from pathlib import Path
 
 from mouse_events import action, drag
-from PySide6.QtCore import QPoint, Qt
-from PySide6.QtWidgets import QDialog, QWidget
+from PySide6.QtCore import QPoint
+from PySide6.QtWidgets import QDialog
 from ramp import make_tf, make_volume
 from rested_window import act_until, open_volume, settle
 
@@ -233,9 +233,3 @@ def test_each_volume_is_seen_in_the_light_that_it_was_given(
     settle(qtbot, second)
     opened(second, "other")
     assert opened(second, "ramp")[0] == "soft" and second.state.crop is None
-
-
-def test_no_tooltip_shows_its_markup(make_window):
-    widgets = make_window().findChildren(QWidget)
-    tips = [tip for widget in widgets if "<" in (tip := widget.toolTip()) and "&lt;" not in tip]
-    assert all(Qt.mightBeRichText(tip) for tip in tips), tips

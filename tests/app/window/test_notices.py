@@ -19,7 +19,7 @@ from app.window.cards import CropCard
 from app.window.notices import BOTTOM, SIDE, TOP, Floating, Notices
 from app.window.status_line import StatusLine
 from model.scene.crop import CropBox
-from model.scene.view import AXES, View
+from model.scene.view import AXES
 from model.volume_files.shipped import shipped_volumes
 
 
@@ -166,15 +166,6 @@ def line(qtbot, state):
     return line
 
 
-def test_whole_sentences_are_shown_as_many_as_there_is_room_for(line):
-    first, second = "This is short.", "This is so much longer that it does not fit. " * 4
-    line.say(f"{first} {second}".strip())
-    shown = line._news.text()
-    assert shown.startswith(first) and shown.endswith(". …")
-    line.say(first)
-    assert line._news.text() == first and line._news.toolTip() == ""
-
-
 def test_a_sentence_goes_after_a_time_or_what_it_is_about_unless_that_is_under_way(
     qtbot, line, state
 ):
@@ -190,16 +181,6 @@ def test_a_sentence_goes_after_a_time_or_what_it_is_about_unless_that_is_under_w
     line.say("Reading a.nrrd …")
     state.edits.undo()
     assert line.news == "Reading a.nrrd …"
-
-
-def test_the_views_numbers_are_about_the_up_axis(line, state):
-    state.set_view(View(40.0, -10.0, 0.0, 0.75))
-    assert line.view_text == "azimuth 40°   elevation −10°   distance .75"
-    state.set_view(View(40.0, -10.0, 0.0, 0.75, 0.25, -0.001))
-    assert line.view_text.endswith("pan +.25, +.00")
-    state.set_view(View(40.0, -10.0))
-    state.set_up_axis("-z")
-    assert line.view_text == "azimuth 40°   elevation −10°   distance 1.00"
 
 
 LEFT, PLAIN = Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier

@@ -12,10 +12,8 @@ from app.image_view.image_canvas import to_qimage
 from app.state import generator_work
 from app.window.figure import FigureChoice, figure, pixels_of
 from model.rendering.ray_places import ray_places
-from model.rendering.scale_bar import Scale
 from model.scene.transfer_function import OpacityTF
 from model.scene.view import View
-from model.scene.volume import FileFacts, Volume
 
 
 def with_keys(window, keys):
@@ -188,18 +186,6 @@ def test_a_click_on_nothing_is_said_and_escape_ends_the_ruler(make_window):
     assert len(window.overlays.subject.line) == 1
     QTest.keyClick(window, Qt.Key.Key_Escape)
     assert window.overlays.subject.line == () and not window.ruler.is_on
-
-
-@pytest.mark.parametrize(("spacing", "unit", "text"), [
-    ((1.0, 1.0, 1.0), "", "voxels"), ((0.5, 0.5, 2.0), "", "units"),
-    ((2e-3, 1e-3, 1e-3), "mm", "µm"),
-])  # fmt: skip
-def test_a_length_is_in_the_files_units(spacing, unit, text):
-    values = np.arange(60.0).reshape(3, 4, 5)
-    volume = Volume(values, spacing, file=FileFacts(spacing_unit=unit))
-    start, end = (0.0, 0.0, 0.0), (1.0, 0.5, 0.0)
-    length = np.linalg.norm(np.subtract(end, start) * volume.extent) * (1000 if unit else 1)
-    assert Scale.of(volume).length_text(start, end) == f"{length:.4g} {text}"
 
 
 def test_the_orthographic_view_stays_until_it_is_left(make_window):

@@ -16,7 +16,6 @@ from model.scene.ranges import (
     fit_to_range,
     fit_to_volume,
     percentile_range,
-    range_text,
     robust_range,
     value_text,
 )
@@ -365,17 +364,3 @@ def test_the_text_is_right_to_within_a_bin(low, extent, part):
     value = low + part * (high - low)
     error = abs(float(value_text(value, (low, high), "linear")) - value)
     assert error <= 1.001 * (high - low) / (TF_SAMPLES - 1)
-
-
-@pytest.mark.parametrize(
-    ("values", "scalar_range", "text"),
-    [
-        ((260.2, 1899.7), (-1024.0, 3071.0), "260 to 1,900"),
-        ((-1000.0, -612.0), (-1024.0, 3071.0), "-1,000 to -612"),
-        ((0.25, 0.5), (0.0, 1.0), "0.250 to 0.500"),
-        ((67.4, 66.8), (0.0, 255.0), "67"),
-        ((1e-8, 2e-8), (0.0, 1e-7), "1e-08 to 2e-08"),
-    ],
-)
-def test_ranges_have_their_thousands_set_apart(values, scalar_range, text):
-    assert range_text(values, scalar_range, "linear") == text

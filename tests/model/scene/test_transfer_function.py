@@ -16,7 +16,6 @@ from model.scene.tf_presets import (
     looks_like_hu,
     map_colors,
     presets,
-    reversed_colors,
 )
 from model.scene.thinned_volume import ThinnedVolume
 from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF, TransferFunction
@@ -165,27 +164,12 @@ def test_values_that_are_no_fractions_need_a_range():
     assert TransferFunction.from_json(tf | {"range": [0, 100]}).color.stops[0][0] == 40
 
 
-def test_a_missing_file_and_an_unwritable_place_are_said(tmp_path):
-    tf = TransferFunction(OpacityTF((0.0, 1.0)), GREY)
-    with pytest.raises(TransferFunctionError, match="cannot be read"):
-        TransferFunction.load(tmp_path / "none.json")
-    with pytest.raises(TransferFunctionError, match="cannot be written"):
-        tf.save(tmp_path / "no" / "such" / "folder.json")
-
-
 @pytest.mark.parametrize("name", COLOR_MAPS)
 def test_a_color_tf_is_near_its_map_everywhere(name):
     color = color_tf_of_map(name, (-5.0, 12.0))
     assert len(color.stops) == 9
     assert (color.stops[0][0], color.stops[-1][0]) == (-5.0, 12.0)
     np.testing.assert_allclose(color.sample(count=101), map_colors(name, 101), atol=0.08)
-
-
-def test_reversing_mirrors_and_twice_changes_nothing():
-    color = color_tf_of_map("Batlow", (1e9, 1e9 + 1))
-    mirrored = reversed_colors(color)
-    np.testing.assert_allclose(mirrored.sample(), color.sample()[::-1], atol=1e-6)
-    assert reversed_colors(mirrored) == color
 
 
 def ct(rng, scale=1.0, shift=0.0):

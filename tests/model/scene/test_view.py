@@ -358,12 +358,3 @@ def test_equal_steps_about_the_up_axis(up):
         np.testing.assert_allclose(rotation @ axis, axis, atol=1e-9)
         assert np.trace(rotation) == pytest.approx(1 + 2 * np.cos(np.radians(45)))
     assert {view.distance for view in views} == {VIEW.distance}
-
-
-def test_the_pivot_stays_where_it_is():
-    pivot = (0.2, 0.9, 0.4)
-    places = [
-        Projection(view, PROPORTIONS).places(np.array(pivot)[None])[0]
-        for view in turntable(VIEW, 12, "+z", PROPORTIONS, pivot)
-    ]
-    np.testing.assert_allclose(places, np.tile(places[0], (12, 1)), atol=1e-9)
