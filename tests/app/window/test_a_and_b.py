@@ -399,9 +399,9 @@ def test_figures_have_both_with_one_legend(qtbot, window, builders, tmp_path, mo
     saved, plain = QImage(str(place)), tmp_path / "plain.png"
     window.saving.draw(FigureChoice(920, 300, which="a_b_difference"), plain)
     qtbot.waitUntil(plain.exists)
-    changed = _pixels(saved) != _pixels(QImage(str(plain)))
-    # Below the captions, whose letters may be drawn anew.
-    columns = np.flatnonzero(changed[40:].any(axis=(0, 2)))
+    # Letters are not always drawn alike to the last bit.
+    changed = abs(_pixels(saved) - _pixels(QImage(str(plain)))) > 32
+    columns = np.flatnonzero(changed.any(axis=(0, 2)))
     # The legend of both lies in B's panel.
     assert 920 / 3 < columns.min() < 460 and 550 < columns.max() < 2 * 920 / 3
     # In the brightness of the light.
