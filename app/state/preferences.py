@@ -251,6 +251,9 @@ class Preferences(QObject):
         """Keep a volume's mask, to be written soon; return what a memory says of it."""
         if mask is None:
             return ""
+        known = self._masks.get(fingerprint)
+        if known is not None and known[1] == mask:
+            return known[0]
         # Of its content: another window with the same volume has a file of its own.
         content = hashlib.sha256(mask.bits).hexdigest()[:16]
         name = f"{_name(fingerprint)}.{content}{MASK_END}"

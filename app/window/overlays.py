@@ -184,11 +184,13 @@ class ImageError(QObject):
         is_unknown = not inputs.part.is_whole or inputs.mask or inputs.view.is_orthographic
         if not is_b and (not alike or is_unknown):
             return None
-        return Comparison(drawn, truth, is_b, self.choice == "flip")
+        found = Comparison(drawn, truth, is_b, self.choice == "flip")
+        # The one before keeps what was computed.
+        return self._compared if found.is_of(self._compared) else found
 
     @property
     def choice(self) -> DifferenceChoice:
-        """How the difference is measured."""
+        """Measure of the difference."""
         return self._preferences.settings.difference
 
     @property
@@ -218,7 +220,7 @@ class ImageError(QObject):
         if compared is None:
             self._clear()
             return
-        if self.is_wanted and self._difference is not None and compared.is_of(self._compared):
+        if self.is_wanted and self._difference is not None and compared is self._compared:
             return
         error = compared.error
         lighting = self._workspace.reference.settings.lighting

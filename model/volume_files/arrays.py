@@ -249,6 +249,9 @@ def _dimensions(array: StoredArray, roles: _Roles) -> tuple[int, int, int]:
 
 def _roles(array: StoredArray) -> _Roles | None:
     """Tell an array's axes apart, by their names or else by their order; None for no volume."""
+    if sum(n > 1 for n in array.shape) < 3:
+        # Coordinates and tables, of which a file may have thousands.
+        return None
     is_named = len(array.axes) == len(array.shape)
     names = array.axes if is_named else ("",) * len(array.shape)
     axes = axes_of(names, array.coordinates)

@@ -149,12 +149,12 @@ def _read(path: Path) -> DicomFile:
 
     with path.open("rb") as file:
         start = file.read(2048)
-    if start[PREAMBLE : PREAMBLE + 4] == b"DICM" and DEFLATED.encode() in start:
-        content = _inflated(path, read_file_meta_info(path))
-        whole: BinaryIO = io.BytesIO(content)
-        tags = dcmread(whole, stop_before_pixels=True, force=True)
-        return _located(path, tags, EXPLICIT, whole, len(content), content)
-    with path.open("rb") as file:
+        file.seek(0)
+        if start[PREAMBLE : PREAMBLE + 4] == b"DICM" and DEFLATED.encode() in start:
+            content = _inflated(path, read_file_meta_info(path))
+            whole: BinaryIO = io.BytesIO(content)
+            tags = dcmread(whole, stop_before_pixels=True, force=True)
+            return _located(path, tags, EXPLICIT, whole, len(content), content)
         tags = dcmread(file, stop_before_pixels=True, force=True)
         syntax = text_of(getattr(tags, "file_meta", tags), "TransferSyntaxUID")
         if not syntax:
