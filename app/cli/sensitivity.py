@@ -123,7 +123,7 @@ class Sensitivity:
         edit, width = _edit(self, volume)
         others = {"crop": self.crop, "clip": self.clip, "interpolates": self.interpolate}
         inputs = SceneInputs.of(self.view, tf, **others)
-        compute = _by_renderer if scene is None or engine == "exact" else _by_generator
+        compute = _by_renderer if engine == "exact" else _by_generator
         answer = compute(self, volume, scene, (inputs, edit, width))  # type: ignore[arg-type]
         size, whole_scale = len(answer.image), None
         if answer.blocks is not None:
@@ -158,7 +158,7 @@ class Sensitivity:
 
     @property
     def kind(self) -> Kind:
-        """What is asked for."""
+        """The answers that are asked for."""
         if self.value is not None:
             return "value"
         return "region" if self.block is None else "blocks"

@@ -121,7 +121,6 @@ class ReferenceControls(QObject):
         slider.setDefaultWidget(BrightnessSlider(brightness))
         menu.addAction(slider)
         self._tf_input = state.tf_input
-        work.choicesChanged.connect(lambda _choices: self._show())
         work.settingsChanged.connect(lambda _settings: self._show())
         work.lightRangeChanged.connect(
             lambda limits: self.ball.set_light(work.edited.light, limits)

@@ -19,7 +19,7 @@ from app.engines.requests import BatchRequest
 from app.number_box import short
 from app.sensitivity_view.findings import change_text
 from app.sensitivity_view.response_layer import ResponseLayer
-from app.state.edits import Brightness, Lit
+from app.state.edits import Brightness
 from app.state.sensitivity_asker import BAND_REST_MS, SensitivityAsker, Source
 from app.tf_editor.unit_axis import WIDTHS
 from model.rendering.brightness import brighten
@@ -172,7 +172,7 @@ class WhatIfQuestion(QObject):
             return
         source, (outline, edit), predicted = asker.source(name), self._edited, None
         field = asker.fields.get(source)
-        lit: Lit = "b" if name == "exact" and asker.state.tf_input.pane == "B" else name
+        lit = asker.state.lit(name)
         if self._brightness.of(lit) == 1 and field and field.is_of(asker.state.inputs):
             of = field.request
             if np.array_equal(edit_over(of.values, asker.state.scalar_range, of.width), edit):

@@ -1,4 +1,4 @@
-"""What the panes A and B have of their own: a TF each, which the pane with the focus edits."""
+"""The TFs of the panes A and B, of which that with the focus is edited, and the look of B."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class EditedTF(EditedInput[TransferFunction]):
 
     def copy(self, source: PaneName) -> None:
         """Copy a pane's TF to the other one, which has the focus from then on: an edit."""
-        tf, target = self.of(source), _other(source)
+        tf, target = self.of(source), other_pane(source)
         if tf is not None:
             self.focus(target)
             self.set(tf, f"copy {source} to {target}")
@@ -100,7 +100,7 @@ class EditedTF(EditedInput[TransferFunction]):
         """Give a pane the focus, and show its TF and the other one's, where there was one."""
         value, other = pair
         before = self.value, self.pane, self.compares, self._other
-        other = other or _fitted(self.of(_other(pane)), value)
+        other = other or _fitted(self.of(other_pane(pane)), value)
         compares = compares or self.compares or pane == "B"
         self.value, self.pane, self.compares, self._other = value, pane, compares, other
         # First the panes, which say what images are asked for.
@@ -115,7 +115,8 @@ class EditedTF(EditedInput[TransferFunction]):
 _Pair = tuple[TransferFunction, TransferFunction | None]
 
 
-def _other(pane: PaneName) -> PaneName:
+def other_pane(pane: PaneName) -> PaneName:
+    """Return B for A, and A for B."""
     return "B" if pane == "A" else "A"
 
 

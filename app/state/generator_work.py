@@ -133,7 +133,7 @@ class GeneratorWork:
 
     @property
     def volume_scene(self) -> Scene | None:
-        """What the model was trained on, or will be found to be, if that is the open volume."""
+        """Scene of the model, known or promised, if it was trained on the open volume."""
         scene, opened = self.scene or self._promised, self.opened
         if scene is None or opened is None:
             return None

@@ -14,7 +14,7 @@ from app.engines.engines import Builders
 from app.engines.exactness import STOPS, Stop
 from app.engines.messages import Result
 from app.engines.requests import ReferenceSettings
-from app.state.edited_tf import PaneName
+from app.state.edited_tf import PaneName, other_pane
 from app.state.image_errors import TradeWork
 from app.state.image_scheduler import NO_MODEL_SIZE, ImageScheduler
 from app.state.preferences import Preferences
@@ -168,8 +168,7 @@ class ReferenceWork(QObject):
     def copy(self, source: PaneName) -> None:
         """Copy a pane's TF, light and renderer to the other one, which has the focus then."""
         choices = self.choices_of(source)
-        target = "B" if source == "A" else "A"
-        with self._state.edits.as_one(f"copy {source} to {target}"):
+        with self._state.edits.as_one(f"copy {source} to {other_pane(source)}"):
             self._state.tf_input.copy(source)
             self.choose_look(lighting=choices.lighting, drawing=choices.drawing)
 

@@ -28,6 +28,7 @@ from app.engines.requests import (
     VisibilityRequest,
 )
 from app.state.answer_pace import OLDEST_S, SHARE, AnswerPace
+from app.state.edited_tf import other_pane
 from app.state.sensitivity_state import SensitivityState
 from app.state.viewer_state import ViewerState
 from model.rendering.raster import Raster
@@ -405,7 +406,7 @@ class SensitivityAsker(QObject):
         inputs, outline, choices = self.state.inputs, self.asked.outline, self.asked.choices
         width, band, place = choices.width, self.asked.band, self.asked.place
         if question == "seen_too":
-            inputs = self.state.inputs_of("A" if self.state.tf_input.pane == "B" else "B")
+            inputs = self.state.inputs_of(other_pane(self.state.tf_input.pane))
         if question == "region":
             return RegionSensitivityRequest(inputs, quality, outline, width, choices.measure)
         if question == "visibility":

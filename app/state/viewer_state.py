@@ -11,8 +11,9 @@ from typing import Any
 from PySide6.QtCore import QObject, Signal
 
 from app.engines.background import Pause
+from app.engines.client import EngineName
 from app.state.edited_tf import EditedTF, PaneName
-from app.state.edits import Brightness, EditedInput, EditHistory
+from app.state.edits import Brightness, EditedInput, EditHistory, Lit
 from app.state.view_navigation import HOME_VIEW, ViewNavigation
 from model.scene.clip_plane import ClipPlane
 from model.scene.crop import CropBox
@@ -179,6 +180,10 @@ class ViewerState(ViewNavigation):
         low, high = (self.value_text(value) for value in values)
         is_label = low == high and not self.interpolates
         return low if is_label else range_text(values, self.scalar_range, self.scale)
+
+    def lit(self, engine: EngineName) -> Lit:
+        """Return whose light an engine's image of the pane with the focus has."""
+        return "b" if engine == "exact" and self.tf_input.pane == "B" else engine
 
     @property
     def inputs(self) -> SceneInputs:

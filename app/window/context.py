@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from PySide6.QtWidgets import QFileDialog, QMainWindow, QMessageBox
@@ -51,12 +52,16 @@ class Context:
 
     def saved(self, key: str, save: Callable[..., object], path: Path, *content: object) -> bool:
         """Write a file, and say so; return False, and say why, if that fails."""
+        return self.done(key, partial(save, path, *content), f"Saved {path.absolute()}.")
+
+    def done(self, key: str, change: Callable[[], object], said: str) -> bool:
+        """Do something, and say so; return False, and say why, if that fails."""
         try:
-            save(path, *content)
+            change()
         except TfscopeError as error:
             self.fail(str(error), key)
             return False
-        self.status.say(f"Saved {path.absolute()}.")
+        self.status.say(said)
         return True
 
 

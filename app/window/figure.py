@@ -244,7 +244,7 @@ CONTENTS: dict[Which, tuple[str, tuple[str, ...]]] = {
     "a_b": ("A and B, side by side", ("reference", "b")),
     "a_b_difference": ("A, B and their difference", ("reference", "b", "difference")),
 }
-"""What a figure may show, in words, and its images and difference, from left to right."""
+"""Contents of a figure, in words, and its images and difference, from left to right."""
 
 TITLES = {"generator": "Generator", "reference": "Ground truth", "b": "B"}
 

@@ -461,7 +461,7 @@ class FigureSaving(QObject):
             self._show_preview()
 
     def _show_preview(self) -> None:
-        if self._preview is None or len(self._preview[1].images) < len(self._preview[1].names):
+        if self._preview is None or self._preview[1].lacking:
             return
         dialog, job = self._preview
         compared = None

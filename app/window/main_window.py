@@ -200,7 +200,9 @@ class MainWindow(WindowParts):
         """Give the focus to the next area of the window, or to the one before."""
         areas = [area for area in self.areas() if _first_in(area) is not None]
         focus = QApplication.focusWidget()
-        here = [n for n, area in enumerate(areas) if focus in (area, *area.findChildren(QWidget))]
+        here = []
+        if focus is not None:
+            here = [n for n, a in enumerate(areas) if a is focus or a.isAncestorOf(focus)]
         # From nowhere, forwards begins at the first one, and backwards at the last.
         start = here[-1] if here else (-1 if step > 0 else 0)
         wanted = _first_in(areas[(start + step) % len(areas)]) if areas else None

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -54,21 +53,13 @@ class Presets(QObject):
         if is_there and QMessageBox.question(window, "Replace", question) != buttons.Yes:
             return
         save = partial(save_own_preset, folder, name, self._state.transfer_function)
-        self._change(save, f"Saved the preset {name}.")
+        self._context.done(KEY, save, f"Saved the preset {name}.")
 
     def remove(self, name: str) -> None:
         """Remove one of the user's presets."""
         if self._folder is not None:
             remove = partial(remove_own_preset, self._folder, name)
-            self._change(remove, f"Removed the preset {name}.")
-
-    def _change(self, change: Callable[[], None], said: str) -> None:
-        try:
-            change()
-        except TransferFunctionError as error:
-            self._context.fail(str(error), KEY)
-        else:
-            self._context.status.say(said)
+            self._context.done(KEY, remove, f"Removed the preset {name}.")
 
     def _own(self) -> list[Preset]:
         return [

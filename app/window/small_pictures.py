@@ -69,8 +69,8 @@ class SmallPictures(QObject):
         self._reference.cancel()
         state = self._context.state
         # The analyst draws in the light of the image that is edited.
-        is_of_b = channel is self._analyst and state.tf_input.pane == "B"
-        brightness = state.brightness.of("b" if is_of_b else "exact")
+        lit = state.lit("exact") if channel is self._analyst else "exact"
+        brightness = state.brightness.of(lit)
         self._show([to_qimage(np.asarray(image), brightness) for image in result.value])
         if self._traced and channel is self._analyst:
             self._traced, self._is_tracing = False, True

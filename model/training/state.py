@@ -134,7 +134,7 @@ def _header(folder: Path) -> dict[str, Any]:
 
 
 def _parts(stage: Stage) -> dict[str, torch.nn.Module | torch.optim.Optimizer]:
-    """What has tensors, by its name in the file."""
+    """Parts that have tensors, by their names in the file."""
     parts = {
         "generator": stage.generator,
         "discriminator": stage.discriminator,

@@ -257,13 +257,10 @@ def _fill(number: float, dtype: np.dtype[Any]) -> list[Any]:
     return [fill[()]] if -wide // 2 <= number < wide else []
 
 
-def attribute_number(attributes: Attributes, *names: str) -> float | None:
-    """Return the first of some attributes that is a finite number; None if there is none."""
-    for name in names:
-        found = attribute_numbers(attributes, name)
-        if len(found) == 1 and math.isfinite(found[0]):
-            return found[0]
-    return None
+def attribute_number(attributes: Attributes, name: str) -> float | None:
+    """Return an attribute that is a finite number; None if it is none."""
+    found = attribute_numbers(attributes, name)
+    return found[0] if len(found) == 1 and math.isfinite(found[0]) else None
 
 
 def attribute_numbers(attributes: Attributes, name: str) -> list[float]:

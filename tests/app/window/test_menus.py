@@ -182,7 +182,7 @@ def controls(window):
         is_shown = (
             widget.isVisible() and widget.isEnabled() and not widget.visibleRegion().isEmpty()
         )
-        # The keys' way to the planes of the crop box are the numbers beside its sliders.
+        # By keys, the planes of the crop box are moved in the number boxes.
         is_for_mice = isinstance(widget, QDoubleRangeSlider)
         if isinstance(widget, CONTROLS) and is_shown and not (inner or is_for_mice):
             yield widget

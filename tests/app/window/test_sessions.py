@@ -146,7 +146,7 @@ def test_tf_regions_and_the_plots_scales(qtbot, start_again, builders, tmp_path)
     damaged.parent.mkdir(parents=True)
     damaged.write_text("{}")
     window = start_again()
-    # What is damaged is told, and begins anew.
+    # Damaged files are reported, and replaced.
     assert f"{damaged}: the file is damaged" in window.notice.text
     default = window.state.transfer_function
     window.state.tf_input.set(make_tf(142.0), "edit")

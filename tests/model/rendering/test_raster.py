@@ -4,7 +4,7 @@ import imageio.v3 as iio
 import numpy as np
 import pytest
 import torch
-from drawing import MODES, RAINBOW, RANGE, WHITE, drawn, rms
+from drawing import MODES, RAINBOW, rms
 
 from model.errors import RenderError
 from model.rendering.movie_file import write_movie
@@ -12,7 +12,6 @@ from model.rendering.raster import Raster, resized
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.rendering.vtk_renderer import VtkRenderer
 from model.scene.inputs import SceneInputs
-from model.scene.transfer_function import OpacityTF
 from model.scene.view import View
 
 INPUTS = SceneInputs(View(35.0, 20.0, 5.0, 0.8), MODES, RAINBOW)
@@ -84,20 +83,6 @@ def test_pixels_between_are_interpolated_as_torch_does(shape):
     theirs = torch.nn.functional.interpolate(planes, shape, mode="bilinear")
     found = resized(image, shape)
     np.testing.assert_allclose(found, theirs[0].permute(1, 2, 0).numpy(), atol=1e-6)
-
-
-def apart(volume, view, raster):
-    """How far apart both are in the picture, in pixels."""
-    opacity = OpacityTF(RANGE, points=((0.0, 0.0), (100.0, 0.0), (255.0, 1.0)))
-    inputs = SceneInputs(view, opacity, WHITE)
-    image = drawn(RaycastRenderer, volume, inputs, raster, threads=1)[..., 3]
-    columns = np.arange(raster.width)
-    middle = raster.width // 2
-    left, right = (
-        (columns[half] * image.sum(axis=0)[half]).sum() / image.sum(axis=0)[half].sum()
-        for half in (slice(0, middle), slice(middle, None))
-    )
-    return float(right - left)
 
 
 # imageio leaves its reader's pipes to the garbage collection.
