@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import TypeVar
 
 import numpy as np
@@ -14,7 +15,7 @@ import numpy as np
 from app.engines.pace import LONGEST_SECONDS, REST_SECONDS, SOON_SECONDS, Sizes
 from app.engines.requests import UNWATCHED, Array, Image, ImageRequest, Watch
 from model.measurements import processors
-from model.rendering.raster import Raster
+from model.rendering.raster import Raster, fill_white_squares
 from model.rendering.renderer import FallbackRenderer, Renderer
 from model.scene.inputs import SceneInputs
 from model.scene.scene import RENDERER_NAMES, RendererName
@@ -100,7 +101,11 @@ class Drawer:
                 yield replace(image, is_last=is_last)
                 return
             before = raster
-            image = self._drawn(request.inputs, raster, self.distance, watch, in_bands=True)
+            expected = self.sizes.expected(self.distance, raster.side) or 0.0
+            if self.by_raycast and width < raster.width and expected > SOON_SECONDS:
+                image = yield from self._in_halves(request.inputs, raster, watch)
+            else:
+                image = self._drawn(request.inputs, raster, self.distance, watch, in_bands=True)
             yield replace(image, is_last=is_last)
 
     def render(
@@ -117,11 +122,40 @@ class Drawer:
         watch: Watch,
         in_bands: bool = False,
     ) -> Image:
-        begun, worked = time.perf_counter(), time.process_time()
         draw = self._in_bands if in_bands and not self.by_raycast else self.render
-        rgba = draw(inputs, raster, distance, watch)
+        image = self._image(partial(draw, inputs, raster, distance, watch))
+        self.sizes.note(distance, raster.side, image.seconds)
+        return image
+
+    def _in_halves(
+        self, inputs: SceneInputs, raster: Raster, watch: Watch
+    ) -> Generator[Image, None, Image]:
+        """Yield an image of which half the pixels are drawn, like a chessboard's black squares.
+
+        The others are interpolated, and drawn for the image that is returned.
+        """
+        rgba = np.zeros((*raster.shape, 4), dtype=np.float32)
+
+        def drawn(squares: tuple[tuple[int, int], ...]) -> Array:
+            for row, column in squares:
+                part = raster.every_second(row, column)
+                rgba[row::2, column::2] = self.render(inputs, part, self.distance, watch)
+            return rgba
+
+        half = self._image(partial(drawn, ((0, 0), (1, 1))))
+        shown = half.rgba.copy()
+        fill_white_squares(shown)
+        yield replace(half, rgba=shown, is_last=False, is_preview=True)
+        rest = self._image(partial(drawn, ((0, 1), (1, 0))))
+        seconds = half.seconds + rest.seconds
+        quiet = (half.quiet_seconds or 0.0) + (rest.quiet_seconds or 0.0)
+        self.sizes.note(self.distance, raster.side, seconds)
+        return replace(rest, seconds=seconds, quiet_seconds=quiet)
+
+    def _image(self, draw: Callable[[], Array]) -> Image:
+        begun, worked = time.perf_counter(), time.process_time()
+        rgba = draw()
         seconds = time.perf_counter() - begun
-        self.sizes.note(distance, raster.side, seconds)
         quiet = min((time.process_time() - worked) / processors(), seconds)
         return Image(
             rgba, seconds, self.description, by_raycast=self.by_raycast, quiet_seconds=quiet

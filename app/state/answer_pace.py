@@ -1,6 +1,6 @@
 """Rhythm and sizes of answers while something moves.
 
-The pictures have the time: all answers together take less than a fifth of it. Yet none that is
+The pictures have the time: all answers together take a seventh of it. Yet none that is
 shown is of what was there more than half a second ago. So answers become smaller, not rarer.
 """
 
@@ -12,7 +12,7 @@ from collections.abc import Callable
 from app.engines.pace import Pace
 from model.rendering.raster import TIME_GROWTH
 
-SHARE = 0.18  # part of the time that answers may take while something moves
+SHARE = 0.13  # part of the time that answers may take while something moves
 OLDEST_S = 0.48  # age of an answer when the next is there: half a second, less the showing
 MOST_DEBT_S = 0.5  # time that answers may take beyond their share, to give it back later
 TOO_OLD_S = 1.0  # age from which an answer comes before the share, on a slow machine

@@ -34,6 +34,7 @@ class Raster:
     top: int = 0
     columns: int = 0
     rows: int = 0  # size of the part; 0 for all to the right of and below its first pixel
+    step: int = 1  # pixels of the picture from one of the part to the next, along both sides
 
     def __post_init__(self) -> None:
         if not self.columns:
@@ -74,15 +75,15 @@ class Raster:
     @property
     def center(self) -> tuple[float, float]:
         """Middle of the part, right of and above the picture's, in halves of its shorter side."""
-        return (
-            (self.left + self.right - self.width) / self.shorter,
-            (self.height - self.top - self.bottom) / self.shorter,
-        )
+        right = 2 * self.left + 1 + self.step * (self.columns - 1) - self.width
+        down = 2 * self.top + 1 + self.step * (self.rows - 1) - self.height
+        return right / self.shorter, -down / self.shorter
 
     @property
     def half_size(self) -> tuple[float, float]:
         """Half the part's width and height, in halves of the picture's shorter side."""
-        return self.columns / self.shorter, self.rows / self.shorter
+        scale = self.step / self.shorter
+        return self.columns * scale, self.rows * scale
 
     @property
     def shorter(self) -> int:
@@ -100,6 +101,11 @@ class Raster:
             for left in range(self.left, self.right, columns):
                 size = min(columns, self.right - left), min(rows, self.bottom - top)
                 yield Raster(self.width, self.height, left, top, *size)
+
+    def every_second(self, row: int, column: int) -> Raster:
+        """Return every second row's every second pixel, from one of the first four on."""
+        size = (self.columns - column + 1) // 2, (self.rows - row + 1) // 2
+        return Raster(self.width, self.height, self.left + column, self.top + row, *size, step=2)
 
     def grown(self, margin: int) -> Raster:
         """Return the part with more pixels around it, as far as the whole picture has them."""
@@ -130,6 +136,25 @@ def resized(image: NDArray[np.float32], shape: tuple[int, int]) -> NDArray[np.fl
         after = np.minimum(before + 1, last)
         image = np.take(image, before, axis) * (1 - part) + np.take(image, after, axis) * part
     return image
+
+
+def fill_white_squares(image: NDArray[np.float32]) -> None:
+    """Interpolate the white squares of an image (H, W, channels) that has a board's black ones.
+
+    The one in the corner is black. White ones are means of the two neighbours whose green differs
+    less.
+    """
+    around = np.pad(image, ((1, 1), (1, 1), (0, 0)), mode="reflect")
+    for row, column in ((0, 1), (1, 0)):
+        white = image[row::2, column::2]
+        ends = 2 * white.shape[0] - 1, 2 * white.shape[1] - 1
+        rows = [around[first : first + ends[0] : 2] for first in range(row, row + 3)]
+        columns = [slice(first, first + ends[1], 2) for first in range(column, column + 3)]
+        above, below = rows[0][:, columns[1]], rows[2][:, columns[1]]
+        left, right = rows[1][:, columns[0]], rows[1][:, columns[2]]
+        upright = np.abs(above[..., 1] - below[..., 1]) < np.abs(left[..., 1] - right[..., 1])
+        white[...] = np.where(upright[..., None], above + below, left + right)
+        white *= np.float32(0.5)
 
 
 def at_size_of(

@@ -14,7 +14,7 @@ from app.engines import drawer, path_tracing, renderer_engine
 from app.engines.drawer import Drawer
 from app.engines.engines import GeneratorEngine
 from app.engines.exactness import STOPS
-from app.engines.pace import LONGEST_SECONDS, SCALES, SHARP_SECONDS
+from app.engines.pace import LONGEST_SECONDS, SCALES, SHARP_SECONDS, SOON_SECONDS
 from app.engines.path_tracing import PathAnalyst, PathTracingEngine
 from app.engines.renderer_engine import ReferenceEngine, RendererEngine
 from app.engines.requests import (
@@ -64,8 +64,8 @@ class FakeRenderer:
         self.waits = 0.0
         self.calls.append((size, sample_distance))
         image = np.ones((size.rows, size.columns, 4), dtype=np.float32)
-        image[..., 0] = np.arange(size.top, size.bottom)[:, None] / 1000
-        image[..., 1] = np.arange(size.left, size.right) / 1000
+        image[..., 0] = (size.top + size.step * np.arange(size.rows))[:, None] / 1000
+        image[..., 1] = (size.left + size.step * np.arange(size.columns)) / 1000
         return image
 
 
@@ -97,7 +97,13 @@ def test_every_pixel_is_drawn_in_the_end_and_something_is_seen_soon(clock, secon
     assert images[-1].rgba.shape == (400, 1000, 4)
     np.testing.assert_allclose(images[-1].rgba[:, 0, 0], np.arange(400) / 1000, atol=1e-6)
     assert images[0].seconds <= 1.5 * SHARP_SECONDS or images[0].width < 0.2 * PANE.width
-    assert len(images) <= 3
+    assert len(images) <= 4
+    # Half of the pixels come first where all take longer; those between are like them.
+    half = next((image for image in images[:-1] if image.width == PANE.width), None)
+    assert (half is not None) == (images[-1].seconds > SOON_SECONDS)
+    if half is not None:
+        assert half.is_preview and half.seconds == pytest.approx(images[-1].seconds / 2)
+        np.testing.assert_allclose(half.rgba[:, 1:-1], images[-1].rgba[:, 1:-1], atol=1.01e-3)
     # A finer image than what moves, which is there, or none.
     (moved,) = engine.images_of(MOVING)
     assert rests(engine)[0].width > moved.width or moved.width == PANE.width

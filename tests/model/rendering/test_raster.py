@@ -8,7 +8,7 @@ from drawing import MODES, RAINBOW, rms
 
 from model.errors import RenderError
 from model.rendering.movie_file import write_movie
-from model.rendering.raster import Raster, resized
+from model.rendering.raster import Raster, fill_white_squares, resized
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.rendering.vtk_renderer import VtkRenderer
 from model.scene.inputs import SceneInputs
@@ -50,6 +50,21 @@ def test_tiles_make_up_the_whole_picture(renderer):
         part = np.s_[tile.top : tile.bottom, tile.left : tile.right]
         put_together[part] = renderer.render(INPUTS, tile)
     assert_same(put_together, whole)
+    for row, column in np.ndindex(2, 2):
+        part = renderer.render(INPUTS, raster.every_second(row, column))
+        put_together[row::2, column::2] = part
+    assert_same(put_together, whole)
+
+
+@pytest.mark.parametrize("shape", [(16, 17), (19, 18)])
+def test_white_squares_are_interpolated_along_edges(shape):
+    rows, columns = np.indices(shape, dtype=np.float32)
+    # A slope of two directions, and an upright edge: both are known between black squares.
+    whole = np.stack([2 * rows + columns, np.where(columns < 7, 0, 9)], axis=-1)
+    image = np.where(((rows + columns) % 2 == 0)[..., None], whole, 99).astype(np.float32)
+    fill_white_squares(image)
+    np.testing.assert_array_equal(image[1:-1, 1:-1, 1], whole[1:-1, 1:-1, 1])
+    np.testing.assert_array_equal(image[1:-1, 1:-1, 0], whole[1:-1, 1:-1, 0])
 
 
 def test_panning_moves_the_picture_as_it_is(renderer):
