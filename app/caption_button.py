@@ -1,4 +1,4 @@
-"""A button of words: a title, what is to be known of it now, and the menu behind both."""
+"""A text button: a title, a detail about its present state, and a menu."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ HEIGHT = 24
 PADDING, GAP = 8, 7
 
 ARROW = 7  # width of the arrow that says that there is a menu, in pixels
-GROUND_OPACITY = 215  # of the ground over an image, of 255
+GROUND_OPACITY = 215  # opacity of the background over an image, of 255
 
 
 class CaptionButton(QToolButton):
-    """Shows a title and a detail in one line, as wide as they are; a click opens its menu.
+    """Shows a title and a detail in one line; a click opens its menu.
 
-    Where there is less room, the detail gives way, then the title's middle. One that floats over an
-    image is dark, whatever the theme.
+    Its natural width fits both. With less room, the detail is shortened first, then the middle of
+    the title. Over an image it is dark in both themes.
     """
 
     def __init__(self, on_image: bool = False) -> None:
@@ -47,28 +47,28 @@ class CaptionButton(QToolButton):
         self._set(self.title, detail, tone)
 
     def set_folded(self, folded: bool) -> None:
-        """Leave the detail out, or show it again."""
+        """Hide the detail, or show it again."""
         if folded != self._folds:
             self._folds = folded
             self.updateGeometry()
             self.update()
 
     def add_menu(self) -> QMenu:
-        """Give it a menu, and return that."""
+        """Set its menu and return it."""
         menu = QMenu(self)
         show_tips(menu)
         self.setMenu(menu)
         return menu
 
     def set_menu(self, menu: QMenu | None) -> None:
-        """Open this menu by a click; None for nothing."""
+        """Set the menu that a click opens; None for no menu."""
         if menu is not self.menu():
             self.setMenu(menu)  # type: ignore[arg-type]
             self.updateGeometry()
             self.update()
 
     def sizeHint(self) -> QSize:
-        """Return the size of all of its words."""
+        """Return the size of the whole text."""
         width = 2 * PADDING + self._width_of(self.title, True)
         if self.detail and not self._folds:
             width += GAP + self._width_of(self.detail)
@@ -77,11 +77,11 @@ class CaptionButton(QToolButton):
         return QSize(width, HEIGHT)
 
     def minimumSizeHint(self) -> QSize:
-        """Return a size with a few letters of the title."""
+        """Return the size of a few letters of the title."""
         return QSize(min(self.sizeHint().width(), 64), HEIGHT)
 
     def paintEvent(self, _event: QPaintEvent) -> None:
-        """Paint ground, title, detail and arrow."""
+        """Paint background, title, detail and arrow."""
         colors = theme.ON_IMAGE if self._on_image else theme.present()
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
@@ -148,5 +148,5 @@ class CaptionButton(QToolButton):
         return font
 
     def _width_of(self, text: str, bold: bool = False) -> int:
-        # A pixel more, as Qt cuts what just fits.
+        # One pixel more, because Qt cuts off a text that just fits.
         return QFontMetrics(self._font(bold)).horizontalAdvance(text) + 1

@@ -1,4 +1,4 @@
-"""Controls that several parts of the window are built of."""
+"""Widgets and helpers that several parts of the window use."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ from app import theme
 
 
 class WheelGuard(QObject):
-    """Keeps the wheel from changing a control without the focus, as while a panel is scrolled."""
+    """Keeps the wheel from changing a control without focus, such as while scrolling."""
 
     def __init__(self, control: QWidget) -> None:
         super().__init__(control)
@@ -59,7 +59,7 @@ class WheelGuard(QObject):
         control.installEventFilter(self)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Leave the wheel to what the control lies in."""
+        """Pass the wheel on to the parent widget."""
         unwanted = event.type() == QEvent.Type.Wheel and not (
             isinstance(watched, QWidget) and watched.hasFocus()
         )
@@ -68,13 +68,13 @@ class WheelGuard(QObject):
         return unwanted
 
 
-QT_SHIFT = QPoint(2, 16)  # of a tooltip by Qt, from the place that it is given, in pixels
-GAP, WIDTH = 6, 320  # distance to the menu, and width of a tooltip at most, in pixels
+QT_SHIFT = QPoint(2, 16)  # offset that Qt adds to a tooltip's position, in pixels
+GAP, WIDTH = 6, 320  # distance to the menu, and largest width of a tooltip, in pixels
 
 
 class _MenuTips(QObject):
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Show the tooltip of the entry under the mouse, instead of Qt."""
+        """Show the tooltip of the entry under the mouse; Qt would place it over the menu."""
         if not (isinstance(watched, QMenu) and isinstance(event, QHelpEvent)):
             return False
         if event.type() != QEvent.Type.ToolTip:
@@ -95,7 +95,7 @@ class _MenuTips(QObject):
 
 
 def show_tips(menu: QMenu) -> None:
-    """Have a menu show its entries' tooltips, at its left where its right has no room."""
+    """Make a menu show its entries' tooltips: at its right or, if there is no room, at its left."""
     menu.setToolTipsVisible(True)
     menu.installEventFilter(_MenuTips(menu))
 
@@ -125,11 +125,11 @@ ARROWS: dict[int, tuple[int, int]] = {
     Qt.Key.Key_Up: (0, -1),
     Qt.Key.Key_Down: (0, 1),
 }
-"""Steps to the right and down of arrow keys."""
+"""Steps of the arrow keys, to the right and down."""
 
 
 class Painted(Generic[T]):
-    """An attribute of a widget: a change of it paints the widget anew, or calls another method."""
+    """An attribute of a widget whose change repaints the widget, or calls another method."""
 
     def __init__(self, first: T, then: str = "update") -> None:
         self._first, self._then = first, then
@@ -154,13 +154,13 @@ BY_KEYS = (
     Qt.FocusReason.BacktabFocusReason,
     Qt.FocusReason.ShortcutFocusReason,
 )
-"""Ways in which keys bring the focus."""
+"""Ways in which the keyboard moves the focus."""
 
-MORE = " …"  # end of a text that goes on
+MORE = " …"  # end of a text that is cut off
 
 
 class ElidedLabel(QLabel):
-    """Sentences in one line, as many as there is room for; the tooltip has all of them."""
+    """A label of one line that shows as many sentences as fit; the tooltip has all of them."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -196,7 +196,7 @@ class ElidedLabel(QLabel):
 
 
 def announce(widget: QWidget, text: str, at_once: bool = False) -> None:
-    """Have a screen reader say a text: when it has finished what it says, or at once."""
+    """Make a screen reader say a text, at once or after the present one."""
     event = QAccessibleAnnouncementEvent(widget, text)
     politeness = QAccessible.AnnouncementPoliteness
     event.setPoliteness(politeness.Assertive if at_once else politeness.Polite)
@@ -207,7 +207,7 @@ _Button = TypeVar("_Button", bound=QAbstractButton)
 
 
 def clicked(button: _Button, slot: Callable[[], object]) -> _Button:
-    """Have a button call a function without Qt's `checked` argument; return the button."""
+    """Connect a button to a function without Qt's `checked` argument; return the button."""
     button.clicked.connect(lambda _checked=False: slot())
     return button
 
@@ -223,7 +223,7 @@ def close_box(dialog: QDialog) -> QDialogButtonBox:
 def answer_box(
     dialog: QDialog, accept: str, reject: str = "Cancel"
 ) -> tuple[QDialogButtonBox, QPushButton]:
-    """Return a dialog's buttons, and of them the one that Enter presses."""
+    """Return a dialog's buttons, and the one that Enter presses."""
     box, role = QDialogButtonBox(), QDialogButtonBox.ButtonRole
     button = box.addButton(accept, role.AcceptRole)
     button.setDefault(True)
@@ -243,7 +243,7 @@ def form(*rows: tuple[str, QWidget | QLayout]) -> QFormLayout:
 
 
 def table(name: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> QTableWidget:
-    """Return a table of texts that are read; a row is selected as a whole."""
+    """Return a read-only table of texts, in which whole rows are selected."""
     made = QTableWidget(len(rows), len(columns))
     made.setAccessibleName(name)
     made.setHorizontalHeaderLabels(columns)
@@ -267,7 +267,7 @@ def rule(height: int = 20) -> QFrame:
 
 
 def label(text: str, role: Literal["title", "dim"]) -> QLabel:
-    """Return a plain text in the style of its role."""
+    """Return a plain label in the style of its role."""
     made = QLabel(text)
     made.setTextFormat(Qt.TextFormat.PlainText)
     made.setProperty("role", role)
@@ -275,7 +275,7 @@ def label(text: str, role: Literal["title", "dim"]) -> QLabel:
 
 
 class Card(QFrame):
-    """A card over the images, or a tag in the plot: what happens on it is not theirs."""
+    """A card over the images, or a tag in the plot, that keeps its mouse events to itself."""
 
     def __init__(self, parent: QWidget | None = None, role: str = "card") -> None:
         super().__init__(parent)
@@ -285,7 +285,7 @@ class Card(QFrame):
 
 
 def list_box() -> QComboBox:
-    """Return an empty list of choices, which the wheel changes only while it has the focus."""
+    """Return an empty combo box; the wheel changes it only while it has the focus."""
     box = QComboBox()
     WheelGuard(box)
     return box
@@ -294,7 +294,7 @@ def list_box() -> QComboBox:
 def text_button(
     text: str, tip: str, slot: Callable[[], object] | None = None, role: str = ""
 ) -> QToolButton:
-    """Return a small button; after a click on it, keys such as W are the window's again."""
+    """Return a small button that takes no focus, so that keys such as W still reach the window."""
     button = QToolButton()
     button.setText(text)
     button.setToolTip(tip)
@@ -311,7 +311,7 @@ def fill(
     margins: tuple[int, int, int, int] = (0, 0, 0, 0),
     spacing: int = 0,
 ) -> L:
-    """Put widgets and layouts into a row or column, and room: a number of pixels, 0 for all."""
+    """Put widgets and layouts into a row or column; numbers are spaces in pixels, 0 a stretch."""
     layout.setContentsMargins(*margins)
     layout.setSpacing(spacing)
     for part in parts:
@@ -325,7 +325,7 @@ def fill(
 
 
 def picture_icon(picture: QImage | None, size: int) -> QIcon:
-    """Return an icon of a picture, or one as large for a picture that is still drawn."""
+    """Return an icon of a picture, or an empty one while the picture is being drawn."""
     if picture is None or picture.isNull():
         shown = QPixmap(size, size)
         shown.fill(Qt.GlobalColor.black)
@@ -389,7 +389,7 @@ def add_choices(
 
 
 def add_title(menu: QMenu, text: str) -> None:
-    """Add a line that says what the entries below it are; the style shows no sections' texts."""
+    """Add a heading above menu entries; the style shows no texts of sections."""
     menu.addAction(text).setEnabled(False)
 
 
@@ -402,7 +402,7 @@ class Action:
 
 
 def action_button(action: Action, before: Callable[[], object]) -> QPushButton:
-    """Return a button that removes its notice, by calling `before`, and then acts."""
+    """Return a button that removes its notice by calling `before`, and then acts."""
 
     def act() -> None:
         before()
@@ -412,7 +412,7 @@ def action_button(action: Action, before: Callable[[], object]) -> QPushButton:
 
 
 def order_focus(widgets: Sequence[QWidget]) -> None:
-    """Let Tab go from each widget to the next; those of another window are left out."""
+    """Make Tab go from each widget to the next; skip those of other windows."""
     inside = [widget for widget in widgets if widget.window() is widgets[0].window()]
     for one, other in pairwise(inside):
         QWidget.setTabOrder(one, other)

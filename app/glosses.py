@@ -1,4 +1,4 @@
-"""Terms of the window with the sentence that says what each means, and the glossary behind them."""
+"""Terms of the window, each with a sentence that explains it, and the glossary."""
 
 from __future__ import annotations
 
@@ -40,12 +40,12 @@ def gloss(term: str, text: str = "") -> str:
 
 
 def without_links(text: str) -> str:
-    """Return what is read of a rich text."""
+    """Return a rich text as plain text."""
     return re.sub(r"<[^>]*>", "", text).replace("&nbsp;", " ")
 
 
 def explain(label: QLabel) -> None:
-    """Have a label's terms say what they mean under the mouse, and open the glossary by a click."""
+    """Make a label's terms show their meaning under the mouse, and open the glossary on a click."""
     label.linkHovered.connect(partial(_show_sentence, label))
     label.linkActivated.connect(lambda term: open_glossary(label.window(), term))
 

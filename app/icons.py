@@ -14,7 +14,7 @@ from app import theme
 
 SIDE = 18  # of an icon, in pixels
 BUTTON = 28  # side of a button that has an icon alone, in pixels
-RATIOS = 1, 2, 3  # pixels of the screen to one of the window that an icon is drawn for
+RATIOS = 1, 2, 3  # screen pixels per window pixel for which icons are drawn
 FOLDER = Path(__file__).parent.parent / "resources" / "icons"  # drawings, 18 by 18
 
 
@@ -78,14 +78,14 @@ class IconButton(QToolButton):
         )
         self.setFixedHeight(BUTTON)
         if text:
-            # As wide as its words: a least width of its own would be less.
+            # As wide as its text; Qt's minimum width is smaller.
             self.setMinimumWidth(0)
             self.setMaximumWidth(16777215)
         else:
             self.setFixedWidth(BUTTON)
 
     def minimumSizeHint(self) -> QSize:
-        """Return the room of the icon, of which a style that adds some for an arrow takes none."""
+        """Return the size of the icon; some styles would add room for an arrow."""
         return super().minimumSizeHint().boundedTo(self.maximumSize())
 
     def changeEvent(self, event: QEvent) -> None:

@@ -77,10 +77,6 @@ class VolumeError(TfscopeError):
     """A volume file cannot be read, or holds no usable volume."""
 
 
-class ViewError(TfscopeError):
-    """A view's numbers are malformed or outside their ranges."""
-
-
 class TransferFunctionError(TfscopeError):
     """A transfer function, or the file that holds one, is invalid."""
 
@@ -99,10 +95,6 @@ class DatasetError(TfscopeError):
 
 class CheckpointError(TfscopeError):
     """A model folder is missing, truncated, foreign, or of another version."""
-
-
-class DeviceError(TfscopeError):
-    """The requested compute device is not available."""
 
 
 class TrainingError(TfscopeError):

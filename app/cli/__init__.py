@@ -17,7 +17,7 @@ BAD_INPUT = 2
 # Must be set before torch is imported: with the window, VTK and torch in one process,
 # OpenMP's busy-waiting threads would slow each other down by a factor of ten or more.
 os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
-# While others draw, several threads of NumPy's wait for each other: seconds, not 20 ms.
+# Several NumPy threads wait for each other while other threads draw: seconds instead of 20 ms.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 
@@ -28,7 +28,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
     output is closed.
     """
     try:
-        # The imports take a second, in which Ctrl-C is pressed, too.
+        # The imports take a second; Ctrl-C must work during that time, too.
         from typer.main import get_command
 
         from app.cli.commands import application, with_options_for_files
@@ -36,7 +36,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
         command = cast("TyperGroup", get_command(application))
         words = with_options_for_files(sys.argv[1:] if arguments is None else arguments, command)
         code = command(words, standalone_mode=False)
-        # What waits in a buffer would fail after the end.
+        # Flush here: an error at exit could not be reported.
         sys.stdout.flush()
     except TfscopeError as error:
         return _fail(f"{error} {_options(error.suggested)}")

@@ -1,4 +1,4 @@
-"""The commands, and the window, which is opened without one; FILE among its arguments."""
+"""All commands, and the window, which opens if no command is given."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class DesktopEntry:
     """Put tfscope into the desktop's menu, and among the programs for its sessions and volumes."""
 
     def run(self) -> None:
-        """Write the entry where the freedesktop.org looks for it."""
+        """Write the entry to the place that freedesktop.org specifies."""
         if not sys.platform.startswith("linux"):
             raise TfscopeError(
                 "Desktop entries exist on Linux only; elsewhere make a shortcut to tfscope."
@@ -78,23 +78,16 @@ MimeType=application/dicom;image/tiff;application/x-hdf5;application/x-netcdf;
 
 
 def _quoted(word: str) -> str:
-    """Quote a word as the specification asks for, which is not as a shell does."""
+    """Quote a word as the desktop entry specification demands; shells quote differently."""
     escaped = re.sub(r'(["`$\\])', r"\\\1", word).replace("%", "%%")
     return f'"{escaped}"'
 
 
 COMMANDS = {
-    "info": Info,
-    "render": Render,
-    "sensitivity": Sensitivity,
-    "latent": Latent,
-    "dataset": Dataset,
-    "train": Train,
-    "evaluate": Evaluate,
-    "study": Study,
-    "paper": Paper,
+    "info": Info, "render": Render, "sensitivity": Sensitivity, "latent": Latent,
+    "dataset": Dataset, "train": Train, "evaluate": Evaluate, "study": Study, "paper": Paper,
     "desktop-entry": DesktopEntry,
-}
+}  # fmt: skip
 
 application = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
 application.add_typer(path_light.commands, name="light")
@@ -145,7 +138,7 @@ class Window:
     version: bool = option("Print the version and exit.", default=False, callback=_print_version)
 
     def run(self) -> None:
-        """Open the window, unless there is a command; then there must be no options."""
+        """Open the window, unless a command is given; options before a command are refused."""
         command = self.context.invoked_subcommand
         if command is None:
             raise typer.Exit(open_window(self._start(), self.device, self.screenshot))
@@ -167,7 +160,7 @@ class Window:
         """The session's volume, or the model's if that is shipped, or the default."""
         if self.session is None:
             return (None if self.model is None else volume_for(self.model)) or SCAN
-        # Imported here: who opens no session starts without it.
+        # Imported here: only sessions need it.
         from app.state.session import Session
 
         found = Session.load(self.session).volume
@@ -187,7 +180,7 @@ def open_window(start: WindowStart, device: str, screenshot: Path | None) -> int
     from app.quick_imports import leave_sources_unread
 
     leave_sources_unread()
-    # The modules that are imported now stay: looking through them again and again takes time.
+    # Collecting garbage during the imports takes time and frees nothing.
     gc.disable()
     try:
         from app.launch import run_window
@@ -207,7 +200,7 @@ OPTIONS = {".json": "--tf", ".tfscope": "--session"}  # by the suffix of a file
 
 
 def with_options_for_files(arguments: Sequence[str], application: TyperGroup) -> list[str]:
-    """Put the window's options before files that are given without one."""
+    """Add the option to each file that is given without one."""
     options = {
         flag: parameter
         for parameter in application.params
@@ -220,7 +213,7 @@ def with_options_for_files(arguments: Sequence[str], application: TyperGroup) ->
         if word.startswith("-"):
             found.append(word)
             option = options.get(word)
-            # The value of an option is no file of its own, even where it begins with "-".
+            # The next word is the option's value, even if it begins with "-".
             if option is not None and not getattr(option, "is_flag", False):
                 found += islice(words, 1)
             continue

@@ -17,7 +17,7 @@ from model.scene.volume import Volume
 if TYPE_CHECKING:
     from model.samples.sample_store import SampleStore
 
-WIDE = 200  # columns of a table that is printed into a file, which does not end at 80
+WIDE = 200  # columns of a table that is printed to a file
 LEFT_COLUMNS = (
     progress.TimeElapsedColumn(),
     progress.TimeRemainingColumn(),
@@ -27,7 +27,7 @@ console = Console(markup=False, highlight=False, soft_wrap=True)
 
 
 def warn(message: str) -> None:
-    """Print a sentence on standard error, where it disturbs no result on standard output."""
+    """Print a sentence on standard error, so that standard output has the result alone."""
     print(f"tfscope: {message}", file=sys.stderr)
 
 
@@ -38,7 +38,7 @@ def warn_of(volume: Volume) -> None:
 
 
 def about(seconds: float) -> str:
-    """Say a duration in words, as roughly as it is known."""
+    """Say a duration roughly, in words."""
     if seconds < 45:
         return "less than a minute"
     if seconds >= 2 * 86400:
@@ -59,7 +59,7 @@ class _SpeedColumn(progress.ProgressColumn):
 
 @contextmanager
 def bars() -> Iterator[Callable[[str, int, int], None]]:
-    """Show bars with item count, speed and remaining time; yield what sets one of a name."""
+    """Show progress bars with count, speed and time left; yield a function that updates one."""
     columns = (
         progress.TextColumn("{task.description}"),
         progress.BarColumn(),
@@ -80,14 +80,14 @@ def bars() -> Iterator[Callable[[str, int, int], None]]:
 
 @contextmanager
 def counting(name: str, total: int, done: int = 0) -> Iterator[Callable[[int], None]]:
-    """Show one such bar; yield what sets its count."""
+    """Show one progress bar; yield a function that sets its count."""
     with bars() as show:
         show(name, done, total)
         yield lambda count: show(name, count, total)
 
 
 def render_missing(store: SampleStore, render: Callable[[Callable[[int], None]], object]) -> None:
-    """Render a store's missing samples by a function that reports new ones, and show their bar."""
+    """Call a function that renders a store's missing samples, and show its progress."""
     done = store.rendered_samples()
     with counting("rendering", done + store.missing_samples(), done) as show:
 
@@ -110,7 +110,7 @@ def print_facts(title: str, rows: list[tuple[str, str]]) -> None:
 
 
 def print_table(title: str, heading: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
-    """Print a table as wide as it is: where the output is no terminal, nothing is cut."""
+    """Print a table; if the output is not a terminal, nothing is cut off."""
     table = Table(title=Text(title), title_justify="left")
     for number, name in enumerate(heading):
         table.add_column(Text(name), justify="right" if number else "left")

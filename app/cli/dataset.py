@@ -55,7 +55,7 @@ class Dataset:
         volume = self.source.read()
         choices = self.movable_light, self.tf_family, self.up
         scene = Scene.of(volume, self.size, self.lighting, self.window, "raycast", *choices)
-        # Late: impossible options are refused before it.
+        # Imported late, so that impossible options are refused at once.
         from app.cli.console import about, render_missing
         from app.cli.outputs import make_room_for
         from model.samples.sample_rendering import render_store

@@ -75,7 +75,7 @@ class Drawer:
         return self.volume
 
     def facts(self) -> dict[str, str]:
-        """Return the texts of a PNG file."""
+        """Return the text fields of a PNG file."""
         tf = self.inputs.transfer_function
         facts = {
             "Title": f"{self.volume_name}, by {self.drawn_by()}",
@@ -111,7 +111,7 @@ def render_to_file(asked: Render) -> None:
             image = drawer.draw(drawer.inputs.view)
             make_room_for(asked.out)
             what = f"{asked.out}: the image cannot be written"
-            # An open file, as numpy appends a suffix to names in capitals.
+            # An open file, because NumPy appends a suffix to names in capitals.
             with os_errors_as(RenderError, what), writing(asked.out) as file:
                 np.save(file, image)
         elif asked.is_movie:
@@ -183,7 +183,7 @@ def model_folder(model: Path | None, volume: Volume) -> Path:
 
 
 def warn_outside(inputs: SceneInputs, scene: Scene) -> None:
-    """Say on standard error what a generator is asked for and was not trained on."""
+    """Warn of inputs that the generator was not trained on."""
     outside = outside_range(inputs, scene)
     if outside:
         warn(f"{outside}. What the model draws there may be wrong.")

@@ -14,20 +14,14 @@ from model.networks.names import DeviceChoice
 from model.volume_files.source import VolumeSource
 
 MEASURES = {
-    "rmse": "image RMSE",
-    "masked_rmse": "RMSE where opacity > .01",
-    "emd": "colour EMD",
-    "ssim": "SSIM",
-    "flip": "FLIP",
-    "opacity_rmse": "opacity image RMSE",
-}
+    "rmse": "image RMSE", "masked_rmse": "RMSE where opacity > .01", "emd": "colour EMD",
+    "ssim": "SSIM", "flip": "FLIP", "opacity_rmse": "opacity image RMSE",
+}  # fmt: skip
 AGREEMENTS = {
-    "image_cosine": "whole image, cosine",
-    "image_rank": "whole image, rank correlation",
-    "block_cosine": "8 x 8 blocks, cosine",
-    "block_rank": "8 x 8 blocks, rank correlation",
+    "image_cosine": "whole image, cosine", "image_rank": "whole image, rank correlation",
+    "block_cosine": "8 x 8 blocks, cosine", "block_rank": "8 x 8 blocks, rank correlation",
     "single_cosine": "whole image, single bins, cosine",
-}
+}  # fmt: skip
 
 
 @dataclass(frozen=True, kw_only=True)

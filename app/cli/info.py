@@ -31,7 +31,7 @@ class Info:
         """Print a model's card, or a volume's description, as a table or as JSON."""
         path = self.source.path
         if path is not None and (path / MODEL_FILE).exists():
-            # Late: a volume's description needs no networks.
+            # Imported late: a volume's description needs no networks.
             from model.networks.blocks import parameter_count
             from model.networks.checkpoint import load_model
 

@@ -17,7 +17,7 @@ from model.errors import LatentError, RenderError, os_errors_as
 from model.files import writing
 from model.latent.codes import Codes
 from model.latent.latent_map import LatentMap
-from model.latent.latent_space import LatentSpace
+from model.latent.latent_space import LatentSpace, draw_cells
 from model.networks.card import load_card
 from model.scene.inputs import SceneInputs
 from model.scene.scene import default_scalar_window
@@ -44,7 +44,7 @@ class _Found:
 
 @dataclass(frozen=True, kw_only=True)
 class Latent:
-    """Map opacity TFs by their latent codes, and draw what its parts show."""
+    """Compute the map of opacity TFs, and draw pictures of parts of it."""
 
     out: Path = options.output(
         "OUT.npz: all arrays, OUT.png: a figure, OUT.json: the TF at --at or --near.",
@@ -135,7 +135,7 @@ class Latent:
 
 
 def _final(space: LatentSpace, map_: LatentMap) -> LatentMap:
-    """Return the map at its final places, which are computed and kept if need be."""
+    """Return the map with its final places; compute and store them if they are missing."""
     if map_.is_final:
         return map_
     from rich.progress import Progress
@@ -159,7 +159,7 @@ def _final(space: LatentSpace, map_: LatentMap) -> LatentMap:
 def _drawing(
     asked: Latent, volume: Volume, space: LatentSpace, inputs: SceneInputs
 ) -> tuple[Draw, Callable[[], None]]:
-    """Return what draws pictures of the view and the colours of the inputs, and what ends it."""
+    """Return a function that draws pictures of codes, and one that releases its renderer."""
     if asked.model is not None:
         from model.generator.generator import Generator
         from model.latent.latent_space import draw_codes
@@ -183,14 +183,11 @@ def _add_grid(
     from app.figures.plots import mosaic
 
     cells = map_.cells(brush)
-    filled = cells.count > 0
-    if not filled.any():
+    if not cells.count.any():
         raise LatentError(
             "There is no sample in this rectangle; the map lies within -1 to 1 along both axes."
         )
-    drawn = draw(cells.codes[filled])
-    images = np.full((*filled.shape, *drawn.shape[1:]), np.nan, dtype=np.float32)
-    images[filled] = drawn
+    images = draw_cells(cells, draw)
     found.arrays |= {"cells": cells.codes, "count": cells.count, "images": images}
     found.grid = mosaic(images[..., :3])
 
@@ -268,7 +265,7 @@ def _write(out: Path, map_: LatentMap, found: _Found, colors: TransferFunction) 
         replace(colors, opacity=found.opacity_tf).save(out)
         return
     samples = map_.samples
-    # An open file, as numpy appends a suffix to names in capitals.
+    # An open file, because NumPy appends a suffix to names in capitals.
     with os_errors_as(RenderError, f"{out}: the result cannot be written"), writing(out) as file:
         np.savez_compressed(
             file,

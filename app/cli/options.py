@@ -1,4 +1,4 @@
-"""Commands as dataclasses: a field is an option, its type and default are the option's."""
+"""Commands as dataclasses: each field is an option, with the field's type and default."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def option(help: str, *, default: Any = None, **details: Any) -> Any:
 
 
 def shared(help: str = "", **details: Any) -> Callable[..., Any]:
-    """Return a function that makes an option of several commands, with what differs in one."""
+    """Return a function that makes an option that several commands share, with changes for each."""
     return partial(option, **{"help": help, **details})
 
 
@@ -190,7 +190,7 @@ def as_function(command: type) -> Callable[..., None]:
                 given[name] = group
         command(**given).run()
 
-    # Typer reads options from both.
+    # Typer reads both.
     run.__signature__ = Signature(parameters)  # type: ignore[attr-defined]
     run.__annotations__ = {each.name: each.annotation for each in parameters}
     run.__doc__ = command.__doc__
@@ -206,7 +206,7 @@ def _parameters(own: Mapping[str, Field[Any]], hints: dict[str, Any]) -> Iterato
         hint = hints[name]
         if details:
             flag = details.pop("flag", f"--{name.replace('_', '-')}")
-            # What has a parser is a text to typer, which takes tuples for several words.
+            # Options with a parser are texts to typer; it would take a tuple for several words.
             kind = str if "parser" in details else hint
             made = typer.Option(flag, **details) if flag else typer.Argument(**details)
             hint = Annotated[kind, made]
@@ -217,12 +217,12 @@ def _parameters(own: Mapping[str, Field[Any]], hints: dict[str, Any]) -> Iterato
 
 
 def late(module: str) -> Any:
-    """Import the module that does a command's work, which its options are known without."""
+    """Import the module that does a command's work; the options are known without it."""
     return import_module(f"app.cli.{module}")
 
 
 def same_named(options: Any, target: type) -> dict[str, Any]:
-    """Return a command's options that are fields of a dataclass, too."""
+    """Return those of a command's options that a dataclass also has as fields."""
     return {
         each.name: getattr(options, each.name)
         for each in fields(target)

@@ -26,7 +26,7 @@ def check_output_folder(path: Path) -> None:
 
 
 def make_room_for(path: Path) -> None:
-    """Make the folder of an output file, and those around it, where they are missing."""
+    """Make the folder of an output file, and its parents, if they are missing."""
     with os_errors_as(TfscopeError, f"{path}: its folder cannot be made", "choose another place"):
         path.absolute().parent.mkdir(parents=True, exist_ok=True)
 

@@ -34,7 +34,7 @@ QUICK_COUNT = 12  # hold-out samples of `--quick`
 
 @dataclass(frozen=True, kw_only=True)
 class Paper:
-    """Make the paper's figures and tables anew, from a trained model or small studies."""
+    """Repeat the paper's figures and tables, from a trained model or small studies."""
 
     item: Item = options.argument("A figure or table of the paper, or all of them.", metavar="ITEM")
     out: Path = options.folder(help="Folder of pictures and tables, and of the studies' runs.")
@@ -67,13 +67,13 @@ class Paper:
         options.late("paper_items").make_items(self)
 
     def samples(self, usual: int) -> int:
-        """Return the number of hold-out samples where it is usually so many."""
+        """Return the number of hold-out samples: the option, or the usual number."""
         return self.count or (QUICK_COUNT if self.quick else usual)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Study:
-    """The paper's studies anew: baselines, latent-dim or l1-weight. Run again to go on."""
+    """Repeat a study of the paper: baselines, latent-dim or l1-weight. Run again to go on."""
 
     study: StudyName = options.argument("Which one.", metavar="STUDY")
     out: Path = options.folder(help="Folder of samples, runs and table.")
@@ -90,7 +90,7 @@ class Study:
     device: DeviceChoice = options.device()
 
     def run(self) -> None:
-        """Run the study, or what is missing of it."""
+        """Run the study, or the part that is missing."""
         from model.training.options import TrainingJob
 
         minutes = 10.0 if self.minutes is None and self.samples is None else self.minutes

@@ -1,4 +1,4 @@
-"""The paper's figures, tables and studies, made anew."""
+"""Makes the paper's figures, tables and studies."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ QUICK_BLOCKS = 4
 STUDY_PRESET = "draft"  # 64 x 64 pixels, as the paper's study of dimensions has
 
 STUDY_SETTINGS = (f"joint.learning_rate={TrainingOptions().small.learning_rate}",)
-"""At 64 pixels the rate is that of a run that begins so small."""
+"""At 64 pixels, the learning rate is that of a run's first stage."""
 
 STUDY_IMAGES, STUDY_COUNT = 8000, 500
 QUICK_SAMPLES = QUICK_STUDY_IMAGES = 64
@@ -73,7 +73,7 @@ def make_items(asked: Paper) -> None:
 
 
 class _Maker(ExitStack):
-    """Makes items, and keeps what several of them need."""
+    """Makes items, and caches what several of them need."""
 
     def __init__(self, asked: Paper) -> None:
         super().__init__()
@@ -136,7 +136,7 @@ class _Maker(ExitStack):
     def _folders(self) -> list[Path]:
         if self._asked.models:
             return list(self._asked.models)
-        # The pictures are of the first: of the most accurate.
+        # Pictures show the first model, so the most accurate one comes first.
         errors = {folder: load_card(folder).metrics for folder in shipped_models()}
         folders = sorted(errors, key=lambda each: errors[each].get("holdout", {}).get("rmse", inf))
         if not folders:
@@ -165,7 +165,7 @@ class _Maker(ExitStack):
 
     @property
     def _subject(self) -> Subject:
-        """The model of all figures that show one volume."""
+        """The model for all figures that show one volume."""
         return self._subjects[0]
 
     @property
@@ -220,7 +220,7 @@ class _Maker(ExitStack):
                 "samples of its own."
             )
             store = None
-        # The first images compile and load what draws them.
+        # The first images also take the time for compiling and loading.
         tables.holdout_errors(subject, 1, store=store)
         start = perf_counter()
         tables.holdout_errors(subject, 4, store=store)
@@ -240,7 +240,7 @@ class _Maker(ExitStack):
 
 
 def _make_study(asked: Paper, item: Item) -> list[Path]:
-    """Run a study, or what is missing of it, in a folder that all studies share."""
+    """Run the missing part of a study, in a folder that all studies share."""
     study = STUDIES[str(item)]
     folder = asked.out / ("studies-quick" if asked.quick else "studies")
     job = TrainingJob(

@@ -35,7 +35,7 @@ class DrawPairs:
     seed: int = options.seed()
 
     def run(self) -> None:
-        """Draw the pairs that are not there yet."""
+        """Draw the missing pairs."""
         from app.cli.console import counting
         from model.samples.path_light_pairs import read_pairs, write_pairs
         from model.volume_files import read_volume
@@ -52,7 +52,7 @@ class DrawPairs:
 
 @dataclass(frozen=True, kw_only=True)
 class TrainPathLight:
-    """Train the network on pairs; one that was stopped goes on."""
+    """Train the network on pairs; a stopped training goes on."""
 
     folder: Path = options.argument("Folder of 'light pairs'.", metavar="PAIRS")
     out: Path = option(

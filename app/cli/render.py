@@ -129,7 +129,7 @@ class Render:
 
     @property
     def is_array(self) -> bool:
-        """Whether numbers are written, and no picture."""
+        """Whether numbers are written, not a picture."""
         return self.out.suffix.lower() == ".npy"
 
     @property
@@ -158,7 +158,7 @@ class Render:
         return found.mask(found.named_by(self.labels) if self.labels else found.values)
 
     def _of_session(self, path: Path) -> Render:
-        """Fill in what was left out from a session: volume, view, TF, light, crop, mask, legend."""
+        """Take missing options from a session: volume, view, TF, light, crop, mask, legend."""
         from app.cli.console import warn
         from app.state.session import Session, kept_mask
 

@@ -28,7 +28,7 @@ from model.sensitivity.display import Measure
 from model.sensitivity.result import Kind, SensitivityResult, save_numbers
 from model.volume_files.source import VolumeSource
 
-PAPER_BLOCKS = 16  # blocks along each side by which ``blockwise`` makes a field, as the paper
+PAPER_BLOCKS = 16  # blocks along each side of the field of ``blockwise``, as in the paper
 
 
 class _Answer(NamedTuple):
@@ -158,14 +158,14 @@ class Sensitivity:
 
     @property
     def kind(self) -> Kind:
-        """The answers that are asked for."""
+        """Which question is asked."""
         if self.value is not None:
             return "value"
         return "region" if self.block is None else "blocks"
 
     @property
     def by_all_values(self) -> bool:
-        """Whether a value's field has the colours of the fields of all values."""
+        """Whether the field's colour scale is that of all values' fields."""
         return self.field_scale == "global"
 
     def pixels(self, size: int) -> Region:
@@ -265,7 +265,7 @@ def _by_generator(asked: Sensitivity, volume: Volume, scene: Scene, question: _Q
 
 
 def _block(size: int) -> int:
-    """Width and height of the paper's blocks, of which there are 16 x 16."""
+    """Width and height of one of the paper's 16 x 16 blocks."""
     return -(-size // PAPER_BLOCKS)
 
 

@@ -88,14 +88,14 @@ class Train:
             raise TrainingError(
                 f"{self.out}: there is no training run to resume; start one instead."
             )
-        # Late: with it comes all that trains.
+        # Imported late: it imports all of the training.
         from app.cli.training_display import train_model
 
         train_model(job)
 
     def _usual(self) -> dict[str, Any]:
         """Return fields of the job that depend on several options."""
-        # The TFs of a stored data set are what they are.
+        # A stored data set already has its TFs.
         of_paper = self.faithful and self.store is None
         budget_is_given = self.minutes is not None or self.samples is not None
         if self.epochs is not None and budget_is_given:
@@ -122,11 +122,11 @@ class Train:
 
             images = SampleStore(self.store).count("train")
         elif self.faithful and reuse is None:
-            # As often as in the paper is each image learned from.
+            # Each image is used as often as in the paper.
             reuse = max(1.0, epochs)
         return {
             "samples": training.samples_of_epochs(epochs, images, recipe.with_settings(changes)),
-            # The changes that were asked for come last, and so win.
+            # The user's changes come last, so they win.
             "settings": (training.halvings_of_epochs(epochs) if self.faithful else ()) + changes,
             "reuse": reuse,
         }

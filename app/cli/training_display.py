@@ -64,7 +64,7 @@ class TrainingDisplay:
         started = self._live.is_started
         self._live.stop()
         if started and not console.is_terminal:
-            # Into a file, rich leaves the cursor behind the last numbers.
+            # In a file, rich would leave the cursor behind the last numbers.
             console.print()
 
     def begin(self, name: str) -> None:
@@ -73,7 +73,7 @@ class TrainingDisplay:
         self._first, self._metrics = None, {}
 
     def show(self, report: TrainingReport) -> None:
-        """Show a report; a line stays for each new hold-out measurement."""
+        """Show a report, and print a line for each new hold-out measurement."""
         # Not before the first step: a run that cannot start shows no bar.
         self._live.start()
         first = self._first = self._first or report

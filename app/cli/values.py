@@ -21,14 +21,14 @@ if TYPE_CHECKING:
 
 
 def view_text(view: View) -> str:
-    """Format a view as the option takes it, without a pan that is none."""
+    """Format a view as the option takes it; a pan of zero is left out."""
     numbers = [*vars(view).values()][: 6 if view.pan_x or view.pan_y else 4]
     words = [ORTHOGRAPHIC] if view.is_orthographic else []
     return ",".join([*(f"{number:g}" for number in numbers), *words])
 
 
 def range_text(scalar_range: Range, scale: ValueScale) -> str:
-    """Format a range of places on a scale in the data's units, and say if it is no linear one."""
+    """Format a range in the data's units, and name the scale unless it is linear."""
     low, high = values_at(scalar_range, scale)
     return f"{low:.6g} to {high:.6g}{', logarithmic' if scale == 'log' else ''}"
 
@@ -40,7 +40,7 @@ def tf_text(path: Path | None) -> str:
 
 @cache
 def fonts() -> QCoreApplication:
-    """Make Qt's fonts available, without a display: Qt wants an application for text."""
+    """Make Qt's fonts available without a display: Qt needs an application to draw text."""
     from PySide6.QtWidgets import QApplication
 
     if found := QApplication.instance():
@@ -49,11 +49,11 @@ def fonts() -> QCoreApplication:
     return QApplication(["tfscope"])
 
 
-HOME_VIEW = View(30.0, 20.0, 0.0, 1.0)  # view of commands that are given none
+HOME_VIEW = View(30.0, 20.0, 0.0, 1.0)  # default view of commands
 
 
 def view(text: str | View) -> View:
-    """Parse a view; typer also passes defaults, which are no text."""
+    """Parse a view; typer also passes defaults, which are not texts."""
     return text if isinstance(text, View) else View.parse(text)
 
 
@@ -83,7 +83,7 @@ def scalar_window(text: str) -> Range:
 
 
 def _whole_numbers(text: str) -> list[int]:
-    """Parse ``"N"`` or ``"WxH"``; anything else is an empty list."""
+    """Parse ``"N"`` or ``"WxH"``; return an empty list for anything else."""
     try:
         return [int(part) for part in text.lower().split("x")]
     except ValueError:
@@ -128,7 +128,7 @@ def background(text: str) -> tuple[int, int, int] | None:
 
 
 def checked(check: Callable[[Any], object]) -> Callable[[Any], Any]:
-    """Return a check of a value, or of each of several, that may have been left out."""
+    """Return a callback that checks a value, or each of several, unless it is None."""
 
     def run(value: Any) -> Any:
         for each in value if isinstance(value, list) else (value,):
@@ -146,7 +146,7 @@ def store(path: Path) -> None:
 
 
 def output(*suffixes: str) -> Callable[[Path], None]:
-    """Return a check of an output file: of its suffix, in any case, and that it can be written."""
+    """Return a check of an output file: its suffix, and that it can be written."""
     *most, last = suffixes
     known = f"{', '.join(most)} or {last}" if most else last
 

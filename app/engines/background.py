@@ -1,4 +1,4 @@
-"""Calls in threads of their own, with their results delivered to the window, and after pauses."""
+"""Calls in background threads, whose results reach the window, and delayed calls."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from app.engines.worker import THREAD_PREFIX
 
 
 class Pause(QTimer):
-    """Calls a function once, some milliseconds after it was started last."""
+    """Calls a function once, some milliseconds after the last start."""
 
     def __init__(self, parent: QObject, length: int, call: Callable[[], object]) -> None:
         super().__init__(parent, singleShot=True, interval=length)
@@ -21,10 +21,10 @@ class Pause(QTimer):
 
 
 class LatestCall(QObject):
-    """Calls functions in threads, and takes their results or the sentences of their errors.
+    """Calls functions in threads, and delivers their results or error sentences.
 
-    One runs at a time; of those asked for meanwhile, the newest comes next. With `at_once` each
-    starts when it is asked for, and only the newest one's result is taken.
+    One runs at a time. Of the calls that wait, only the newest is made. With `at_once` each starts
+    immediately, and only the newest result is delivered.
     """
 
     _returned = Signal(object, object, object)
@@ -47,12 +47,12 @@ class LatestCall(QObject):
 
     @property
     def is_running(self) -> bool:
-        """True until all calls have returned, also those whose results are discarded."""
+        """True until all calls have returned, including those whose results are discarded."""
         return bool(self._threads)
 
     @property
     def is_awaited(self) -> bool:
-        """True while a result is expected."""
+        """True while a result is still wanted."""
         return self._wanted is not None
 
     def ask(self, function: Callable[[], Any]) -> None:
@@ -68,11 +68,11 @@ class LatestCall(QObject):
         self._wanted.start()
 
     def forget(self) -> None:
-        """Discard the results of what was asked so far."""
+        """Discard the results of all calls so far."""
         self._next = self._wanted = None
 
     def stop(self) -> None:
-        """Start nothing any more, and discard results."""
+        """Start no more calls, and discard results."""
         self._stopped = True
         self.forget()
 

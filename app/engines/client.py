@@ -1,4 +1,4 @@
-"""The window's side of an engine: its worker, its state, and the channels on which it is asked."""
+"""The window's side of an engine: its worker, its state, and channels for requests."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ class EngineState(Enum):
     """State of an engine client."""
 
     EMPTY = "empty"  # there is no engine yet
-    WAITING = "waiting"  # the engine waits for something else, such as a volume
+    WAITING = "waiting"  # the engine waits for another thing, such as a volume
     LOADING = "loading"  # the engine is being built; requests wait for it
     WORKING = "working"  # the newest image is being drawn
     SETTLED = "settled"  # the newest final image is available
     PAUSED = "paused"  # the engine accepts no requests, for a reason that is not an error
-    FAILED = "failed"  # there is an error instead of the newest image
+    FAILED = "failed"  # an error replaces the newest image
 
 
 SETTLED_STATES = frozenset({EngineState.SETTLED, EngineState.PAUSED, EngineState.FAILED})
@@ -40,11 +40,11 @@ SETTLED_STATES = frozenset({EngineState.SETTLED, EngineState.PAUSED, EngineState
 
 
 class Channel(QObject):
-    """Asks a client's engine, now and after it was replaced, and hears its own answers alone.
+    """Sends requests to a client's engine, and receives the answers to these alone.
 
-    A request replaces one of the same channel that the engine has not begun, and calls off one that
-    it has, unless that is live. Channels of one engine take turns. The name says what is asked
-    for. The newest request is None where it was called off.
+    It also works with the engine's successor. A new request replaces a waiting one of the channel,
+    and cancels a running one unless that is live. The channels of an engine take turns. The name
+    says what the requests are for. A cancelled newest request is None.
     """
 
     asked = Signal(object)  # emitted with each accepted :class:`Request`, as it was numbered
@@ -62,17 +62,17 @@ class Channel(QObject):
 
     @property
     def is_pending(self) -> bool:
-        """Whether the newest request has no answer yet, and is not called off."""
+        """Whether the newest request has no answer yet, and is not cancelled."""
         return self._pending is not None
 
     def ask(self, request: _R) -> _R:
-        """Ask something, in place of what was asked before; return it with its number."""
+        """Send a request, which replaces the one before; return it with its number."""
         request = replace(request, sequence=next(_numbers), channel=self.name)
         self.client.submit(request)
         return request
 
     def cancel(self) -> None:
-        """Call off what was asked: no answer to it is wanted."""
+        """Cancel the newest request."""
         self._cancelled = next(_numbers)
         if self.newest is not None:
             self.client.abandon(self.name)
@@ -85,17 +85,17 @@ class Channel(QObject):
         self.asked.emit(request)
 
     def drop(self) -> None:
-        """Note that what was asked will not be answered."""
+        """Note that the newest request will not be answered."""
         self.newest = None
         self._await(None)
 
     def note(self, progress: Progress) -> None:
-        """Pass on how far the newest answer has got."""
+        """Report the progress of the newest answer."""
         if self._pending is not None and self._pending.sequence == progress.request.sequence:
             self.progressed.emit(progress.part)
 
     def deliver(self, result: Result) -> None:
-        """Hand an answer over to the asker, unless it was called off."""
+        """Deliver an answer, unless its request was cancelled."""
         number = result.request.sequence
         if result.is_last and self._pending is not None and number >= self._pending.sequence:
             self._await(None)
@@ -109,7 +109,7 @@ class Channel(QObject):
 
 
 class Channels(dict[_K, Channel]):
-    """A channel to each of some engines, by the same keys as their clients."""
+    """Channels to several engines, with the same keys as their clients."""
 
     def __init__(
         self,
@@ -128,11 +128,11 @@ class Channels(dict[_K, Channel]):
 
     @property
     def is_pending(self) -> bool:
-        """Whether an answer of any of the engines is awaited."""
+        """Whether an answer from any of the engines is still to come."""
         return any(channel.is_pending for channel in self.values())
 
     def cancel(self) -> None:
-        """Call off what was asked of all of them."""
+        """Cancel the newest requests of all channels."""
         for channel in self.values():
             channel.cancel()
 
@@ -140,14 +140,14 @@ class Channels(dict[_K, Channel]):
 class EngineClient(QObject):
     """Runs one engine at a time in a worker thread and tracks its state.
 
-    Whoever asks it opens a :class:`Channel`. The state depends on the channel of its own `images`
-    only, not on that of B's; its `text` says what the engine waits for, why it draws nothing, or
-    the error.
+    Requests are sent through a :class:`Channel`. The state depends on the channel `images` alone,
+    not on that of B's images. `text` says what the engine waits for, why it draws nothing, or the
+    error.
     """
 
     stateChanged = Signal(object)
     engineReady = Signal(object)
-    settled = Signal()  # emitted when the final image, or an error or note instead, is there
+    settled = Signal()  # emitted with the final image, or with an error or note instead
 
     def __init__(self, name: str, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -188,9 +188,9 @@ class EngineClient(QObject):
         self._channels[channel.name] = channel
 
     def start(self, factory: Callable[..., Engine], busy_text: str) -> None:
-        """Replace the engine by one built by `factory` in a new worker thread.
+        """Replace the engine by one that `factory` builds in a new worker thread.
 
-        Where requests have settings, it builds an engine of them, too.
+        It also builds engines for requests with settings of their own.
         """
         self.stop()
         self._takes_requests = True
@@ -206,7 +206,7 @@ class EngineClient(QObject):
         worker.finished.connect(self._clear_retired)
         self._worker = worker
         self._busy_text = busy_text
-        # Those who wait hear of each start: what the engine before was asked is lost.
+        # Emitted at each start: requests to the previous engine are lost.
         self.state = EngineState.EMPTY
         self._enter(EngineState.LOADING, busy_text)
         worker.start()
@@ -221,23 +221,23 @@ class EngineClient(QObject):
         if self._is_built and not self._is_held:
             self._pass_on(request)
         else:
-            # Before the engine is built, it is not known whether it fits what is asked for.
+            # Until the engine is built, it is unknown whether it can answer.
             self._early[request.channel] = request
 
     def hold(self, is_held: bool) -> None:
-        """Keep requests back, as something else needs the processors, or pass them on."""
+        """Hold requests back while something else needs the processors, or release them."""
         self._is_held = is_held
         if self._is_built:
             self._pass_on_early()
 
     def abandon(self, channel: str) -> None:
-        """Call off the requests of a channel."""
+        """Cancel the requests of a channel."""
         self._early.pop(channel, None)
         if self._worker is not None:
             self._worker.abandon(channel)
 
     def free(self) -> None:
-        """Close what was built for requests with settings, once it has answered."""
+        """Close engines that were built for requests with settings, once they have answered."""
         if self._worker is not None:
             self._worker.free()
 
@@ -297,7 +297,7 @@ class EngineClient(QObject):
     def _engine_ready(self, ready: EngineReady) -> None:
         self.description, self.remark = ready.description, ready.remark
         worker = self._worker
-        # A listener may pause the client, ask for something newer, or start another engine.
+        # A listener may pause the client, send a newer request, or start another engine.
         self.engineReady.emit(ready)
         if self._worker is not worker:
             return
@@ -307,7 +307,7 @@ class EngineClient(QObject):
     def _pass_on_early(self) -> None:
         if self._takes_requests and self._worker is not None and not self._is_held:
             early, self._early = self._early, {}
-            # What is to be seen comes before questions about it.
+            # Images come before questions about them.
             for request in sorted(early.values(), key=lambda each: each.asks != ImageRequest.asks):
                 self._pass_on(request)
 
@@ -328,7 +328,7 @@ class EngineClient(QObject):
             self._channels[request.channel].deliver(result)
             return
         if image is None:
-            # An older image's error says nothing about the one that is on its way.
+            # An older image's error says nothing about the newer one.
             if request.sequence == self._wanted:
                 self.images.drop()
                 self.fail(result.error or "The engine returned no image.")

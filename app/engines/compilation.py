@@ -1,4 +1,4 @@
-"""Compilation of a group of kernels: what a window asks of a renderer, asked once."""
+"""Compilation of a group of kernels, by one request of each kind that the window makes."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ EDGE, PIXELS = 24, 16
 
 
 def prepare(group: KernelGroup) -> None:
-    """Draw a small ball as the window does, or answer what it asks of images."""
+    """Draw a small ball as the window does, or answer its questions about images."""
     volume = _ball(group.voxels)
     if group.lighting == "path":
         from model.rendering.path_tracing.renderer import PathTracer
@@ -38,7 +38,7 @@ def prepare(group: KernelGroup) -> None:
         tracer.render(_inputs(volume), PIXELS)
         tracer.close()
         return
-    # No more than the ray caster: whatever else an engine loads, it loads in a moment.
+    # Only the ray caster: everything else loads quickly.
     from model.rendering.raycast.renderer import RaycastRenderer
 
     renderer = RaycastRenderer(volume, cast("Lighting", group.lighting))

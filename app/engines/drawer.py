@@ -20,22 +20,20 @@ from model.rendering.renderer import FallbackRenderer, Renderer
 from model.scene.inputs import SceneInputs
 from model.scene.scene import RENDERER_NAMES, RendererName
 
-FIRST_GUESS_S = 5e-6  # time per pixel before the first image: VTK's with shading on a CPU
+FIRST_GUESS_S = 5e-6  # assumed before the first image: VTK's with shading on a CPU
 
 BAND_S, MOST_BANDS = 0.1, 32
 """Time that a band of VTK's final image should take, and the largest number of bands.
 
-The image is given up between two bands. The ray caster's is given up anywhere.
-"""
+An image can be cancelled between two bands; the ray caster's at any time."""
 
 LIVE_COARSENESS = 4.0
 """Factor of the sample distance in VTK's images while something moves.
 
-The ray caster's have all samples: in the same time fewer pixels are nearer to the image at rest
-than fewer samples, and all pixels are that image.
-"""
+The ray caster keeps all samples and draws fewer pixels: in the same time, that is nearer to the
+image at rest."""
 
-PATIENCE_S = 0.02  # time after which one looks again whether an image is still wanted
+PATIENCE_S = 0.02  # time between two checks whether an image is still wanted
 
 _T = TypeVar("_T")
 
@@ -46,15 +44,15 @@ class Drawer:
 
     renderer: Renderer
     sample_distance: float  # of VTK's images at rest, in voxels
-    name: RendererName = "raycast"  # which renderer it is, where it does not know itself
+    name: RendererName = "raycast"  # name of the renderer, if it does not know it
     smooth_distance: float | None = None  # of the ray caster's images, if another one
-    is_brief: bool = False  # whether no image may take long, as another renderer draws soon
+    is_brief: bool = False  # whether every image must be quick, because another renderer draws soon
     remark: str = ""  # one sentence on why this renderer draws; empty if it was asked for
     sizes: Sizes = field(default_factory=Sizes)
 
     @property
     def description(self) -> str:
-        """Name of the renderer; where another one had to draw, the sentence that says so."""
+        """Name of the renderer, or a sentence that says why another one draws."""
         name = RENDERER_NAMES["raycast" if self.by_raycast else self.name]
         return getattr(self.renderer, "reason", "") or name
 
@@ -70,11 +68,11 @@ class Drawer:
         return smooth or self.sample_distance
 
     def is_slow(self, whole: Raster) -> bool:
-        """Return whether another renderer's image is to be seen before one at rest."""
+        """Return whether another renderer's image is shown before the one at rest."""
         return self.sizes.is_slow(self.distance, whole, SOON_SECONDS)
 
     def moving_raster(self, whole: Raster, seconds: float) -> Raster:
-        """Return the pixels that there is time for while something moves."""
+        """Return the size of image that can be drawn in time while something moves."""
         return self.sizes.within(self._moving_distance, whole, seconds)
 
     def moving(self, inputs: SceneInputs, raster: Raster, watch: Watch = UNWATCHED) -> Image:
@@ -111,7 +109,7 @@ class Drawer:
     def render(
         self, inputs: SceneInputs, raster: Raster, distance: float, watch: Watch = UNWATCHED
     ) -> Array:
-        """Render pixels with a distance between samples; given up where that is possible."""
+        """Render pixels with a sample distance; stop early if the image is no longer wanted."""
         return self.renderer.render(inputs, raster, distance, go_on=watch.go_on)
 
     def _drawn(
@@ -179,7 +177,7 @@ class Drawer:
 
 
 class VtkElsewhere:
-    """VTK as a renderer in a thread of its own, which opens, uses and closes it."""
+    """VTK in a thread of its own, which opens, uses and closes it."""
 
     def __init__(self, open_vtk: Callable[[], FallbackRenderer]) -> None:
         self._thread = ThreadPoolExecutor(1, thread_name_prefix="vtk")
@@ -194,7 +192,7 @@ class VtkElsewhere:
 
     @property
     def reason(self) -> str:
-        """Sentence on what VTK failed in, so that the ray caster draws; empty if it did not."""
+        """Sentence on why VTK failed, so that the ray caster draws; empty if it did not."""
         return self._opening.result().reason
 
     @property
@@ -210,10 +208,11 @@ class VtkElsewhere:
         *,
         go_on: Callable[[], object] | None = None,
     ) -> Array:
-        """Render one image, and do not wait for it once it is no longer wanted."""
+        """Render one image; stop waiting once it is no longer wanted."""
         vtk = self._opening.result()
         if vtk.by_raycast:
-            # VTK has failed since: the ray caster, which draws what moves, too, has one thread.
+            # VTK has failed meanwhile; the ray caster runs in this thread, as it also draws what
+            # moves.
             return vtk.render(inputs, size, sample_distance, go_on=go_on)
         return _awaited(self._thread.submit(vtk.render, inputs, size, sample_distance), go_on)
 

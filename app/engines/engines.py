@@ -57,18 +57,18 @@ if TYPE_CHECKING:
 BACKEND_NAMES: dict[BackendName, str] = {"eager": "", "openvino": "OpenVINO"}
 
 
-SOFT_REMARK = "Soft light is the ray caster's."  # why VTK does not draw soft light
+SOFT_REMARK = "Soft light is the ray caster's."  # why VTK cannot draw soft light
 
 
 @dataclass(frozen=True)
 class Builders:
     """Functions that read volumes and build engines; tests replace them by fakes.
 
-    The analyst is a ray caster that answers questions about sensitivities and draws the latent
-    map's pictures, whatever renders the reference. A latent space is that of a scalar range and a
-    window of it, or that of a model's folder. Kernels are those that ray caster and path tracer
-    use, those of images first, then those of the analyst. Volumes are read of a path, and of a raw
-    file's layout (``raw``) and what to read of several volumes (``choice``) where there are such.
+    The analyst is a ray caster that computes sensitivities and draws the latent map's pictures,
+    whichever renderer draws the reference. A latent space is that of a scalar range and a window of
+    it, or that of a model's folder. Kernel groups are those of images first, then those of the
+    analyst. A volume is read from a path, with a raw file's layout (``raw``) and the choice among
+    several volumes (``choice``) if needed.
     """
 
     read_volume: Callable[..., Volume]
@@ -136,10 +136,10 @@ class GeneratorEngine(Engine):
         return self._sensitivity(request.inputs, request.width).change(edit)
 
     def _sensitivity(self, inputs: SceneInputs, width: float) -> Sensitivity:
-        """Derivatives of an image; those of the last one are kept.
+        """The derivatives of an image; those of the last image are cached.
 
-        Its forward pass is half of what another region of the same image takes, and what its code
-        can change is most of another value's field.
+        The forward pass is half of the time for another region of the same image, and the
+        derivatives by the code most of the time for another value's field.
         """
         from model.sensitivity.learned import Sensitivity
 
@@ -206,7 +206,7 @@ def _path_tracing_engine(volume: Volume, settings: ReferenceSettings) -> Engine:
 
 
 def _analyst_engine(volume: Volume, settings: ReferenceSettings) -> Engine:
-    # The window needs these to show the answers; loaded here, they do not hold it up.
+    # The window needs these modules to show answers; loaded here, they do not block it.
     for library in ("cmap", "scipy.ndimage", "skimage.measure", "skimage.transform"):
         import_module(library)
     if settings.lighting == "path":

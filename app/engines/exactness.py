@@ -9,9 +9,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-GOOD_ENOUGH = 0.003  # error, RMS of the colours, that no eye sees: less than an 8-bit step
-USUAL_SECONDS = 1 / 12  # time that an image may take while something moves, without a choice
-MOST_PATIENCE = 2.0  # longest time of answers other than images, as a multiple of the usual one
+GOOD_ENOUGH = 0.003  # RMS error of the colours that is invisible: less than an 8-bit step
+USUAL_SECONDS = 1 / 12  # default time for an image while something moves
+MOST_PATIENCE = 2.0  # longest time for other answers, as a multiple of the usual one
 REFINING_SECONDS = 15.0  # of path-traced light; samples that end later are not begun
 COMPARED = 128  # pixels along each side, at most, by which two images are compared
 Stop = Literal["fast", "balanced", "exact"]  # name of a stop
@@ -31,7 +31,7 @@ class Exactness:
 
     @property
     def patience(self) -> float:
-        """Time that live answers other than images may take, as a multiple of the usual one."""
+        """Time for live answers other than images, as a multiple of the usual one."""
         return min(self.live_seconds / USUAL_SECONDS, MOST_PATIENCE)
 
 
@@ -43,7 +43,7 @@ STOPS: dict[Stop, Exactness] = {
 }
 """The fastest first."""
 
-USUAL: Stop = "balanced"  # the stop without a choice
+USUAL: Stop = "balanced"  # the default stop
 
 
 def distance(coarse: Rgba, fine: Rgba) -> float:
@@ -63,6 +63,6 @@ def distance(coarse: Rgba, fine: Rgba) -> float:
 
 
 def _grid(count: int) -> NDArray[np.intp]:
-    """Places of at most :data:`COMPARED` pixels, evenly over all of them."""
+    """Indices of at most :data:`COMPARED` pixels, spread evenly."""
     chosen = min(count, COMPARED)
     return ((np.arange(chosen) + 0.5) * count / chosen).astype(np.intp)

@@ -13,7 +13,8 @@ from model.scene.scene import Scene
 class Result:
     """Result of a request: an image or another array, or an error, which is one sentence.
 
-    There are several where images become better. The remark is the engine's; "" for as before.
+    An image that gets better has several results. The remark is the engine's; "" leaves it as it
+    was.
     """
 
     request: Request
@@ -33,13 +34,13 @@ class Result:
 
     @property
     def is_last(self) -> bool:
-        """Whether nothing better follows."""
+        """Whether this is the last result."""
         return self.image is None or self.image.is_last
 
 
 @dataclass(frozen=True)
 class Progress:
-    """Message that a part of an answer is there, 0 to 1."""
+    """Message about the progress of an answer, from 0 to 1."""
 
     request: Request
     part: float
@@ -66,10 +67,10 @@ Message = EngineReady | EngineFailed | Progress | Result | None  # None when the
 
 
 def error_sentence(error: BaseException) -> str:
-    """Return an exception's message for the user.
+    """Return the message of an exception for the user.
 
-    tfscope's own errors are complete sentences. Other exceptions are defects, and
-    their type is included.
+    tfscope's own errors are complete sentences. Any other exception is a bug, so its type is
+    included.
     """
     if isinstance(error, TfscopeError):
         return str(error)

@@ -1,4 +1,4 @@
-"""Sizes of images and answers for which there is time, by the time that earlier ones took."""
+"""Sizes of images and answers that can be computed in time, from the times of earlier ones."""
 
 from __future__ import annotations
 
@@ -7,23 +7,23 @@ from collections.abc import Iterator, Sequence
 from model.rendering.raster import TIME_GROWTH, Raster
 
 SCALES = (1.0, 0.75, 0.5, 0.35, 0.25, 0.18)  # sizes of an image, as fractions of the whole one
-SOON_SECONDS = 0.2  # of a first, coarse image at rest, where all pixels take longer
-SHARP_SECONDS = 0.6  # of all pixels up to which a coarser image would only hold them up
-REST_SECONDS = 3.0  # time that the image after a first, coarse one may take
+SOON_SECONDS = 0.2  # time for a first, coarse image at rest, if all pixels take longer
+SHARP_SECONDS = 0.6  # time for all pixels up to which a coarser image first would only delay them
+REST_SECONDS = 3.0  # time for the image after a first, coarse one
 
 LONGEST_SECONDS = 120.0
-"""Time that an image of all pixels may take, unless their number is the user's choice; otherwise
-there are as many as that allows."""
+"""Longest time for an image of all pixels; it has fewer if that is not enough, unless the user
+chose their number."""
 
 FINER = 1.2  # smallest factor by which the next image is wider
-FIRST_SIZE = 384  # largest side of the first image, before it is known how long its pixels take
+FIRST_SIZE = 384  # largest side of the first image, whose time per pixel is unknown
 
 FIRST_SCALE, FIRST_SLOW_SCALE = 0.35, 0.25
-"""Parts of the width that it has, without and with light that takes long."""
+"""Its fractions of the width, without and with slow light."""
 
 
 class Pace:
-    """Remembers the time per pixel of each kind of answer, which may grow by a power of them."""
+    """Remembers the time of each kind of answer, which may grow as a power of the pixels."""
 
     def __init__(self, growth: float = 1.0) -> None:
         self._growth = growth
@@ -38,7 +38,7 @@ class Pace:
             self._first.add(kind)
             self._per_pixel[kind] = now
         elif kind in self._first:
-            # With the first one, what answers it was loaded or compiled.
+            # The first answer includes the time for loading and compiling.
             self._first.remove(kind)
             self._per_pixel[kind] = min(before, now)
         else:
@@ -46,7 +46,7 @@ class Pace:
             self._per_pixel[kind] = (before + now) / 2
 
     def forget(self) -> None:
-        """Forget all times: another volume or light takes others."""
+        """Forget all times: they differ for another volume or light."""
         self._per_pixel.clear()
         self._first.clear()
 
@@ -58,7 +58,8 @@ class Pace:
     def scale(self, kind: object, size: float, seconds: float, first: float) -> float:
         """Return the largest of :data:`SCALES` at which an image takes at most some seconds.
 
-        The size is the square root of its number of pixels; `first` holds while nothing is known.
+        The size is the square root of the number of pixels; `first` is the scale while no time is
+        known.
         """
         per_pixel = self._per_pixel.get(kind)
         if per_pixel is None:
@@ -68,25 +69,25 @@ class Pace:
         )
 
     def _pixels(self, size: float) -> float:
-        """Number of pixels, as far as it counts."""
+        """Effective number of pixels."""
         return float(size ** (2 * self._growth))
 
 
 class Sizes(Pace):
-    """Chooses the pixels of images; the first one has a part of the width."""
+    """Chooses the sizes of images; the first one has part of the width."""
 
     def __init__(self, first: float = FIRST_SCALE) -> None:
-        # Of small images a good part of the time has nothing to do with their pixels.
+        # Much of the time of small images does not depend on their pixels.
         super().__init__(TIME_GROWTH)
         self._first_part = first
 
     def is_slow(self, kind: object, raster: Raster, seconds: float = SHARP_SECONDS) -> bool:
-        """Return whether a coarse image comes before one of these pixels."""
+        """Return whether a coarse image is drawn before one of this size."""
         expected = self.expected(kind, raster.side)
         return expected is None or expected > seconds
 
     def within(self, kind: object, whole: Raster, seconds: float) -> Raster:
-        """Return the most pixels, at most the whole image's, that there is time for."""
+        """Return the largest size, up to the whole image's, that can be drawn in time."""
         first = min(self._first_part, FIRST_SIZE / whole.side)
         return whole.scaled(self.scale(kind, whole.side, seconds, first))
 
@@ -98,10 +99,10 @@ class Sizes(Pace):
         limits: Sequence[float],
         must_end: bool = True,
     ) -> Iterator[tuple[Raster, bool]]:
-        """Yield the pixels of ever finer images, and whether it is the last.
+        """Yield the sizes of ever finer images, and whether each is the last.
 
-        How long one of them took, at most the seconds of its limit, tells the size of the next.
-        None is coarser than the image of this width that is shown, but the last where it must end.
+        The time that one took determines the size of the next. None is coarser than the shown
+        image, whose width is given, except the last one if time runs out.
         """
         finest, limits = None, list(limits if self.is_slow(kind, whole) else limits[-1:])
         while limits:
@@ -115,7 +116,7 @@ class Sizes(Pace):
                 finest, width = raster, raster.width
                 yield raster, is_last
                 if not limits and not is_last:
-                    # Once more: what was compiled or busy before may have held up the last one.
+                    # Once more: compiling or other work may have delayed the last image.
                     limits = [seconds]
             if is_last:
                 return

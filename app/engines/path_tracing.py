@@ -33,24 +33,24 @@ from model.scene.scene import PATH_CURVES, PATH_FIELDS, LightDirection
 from model.scene.volume import Volume
 
 MOVING, SAMPLE = "moving", "one sample of each pixel"  # kinds of images, whose times are measured
-LEAST_SAMPLES = 8  # of each pixel at rest, on the slowest machine, too
-FIRST_SHARE = 1 / 6  # of the first sample's time that a finer image may take before it
-FEW_CLEAN, FEW = 1, 16  # samples of small pictures, where they are cleaned or not
-MARGIN = 64  # pixels around a tile of a picture to save, for what takes the noise out
-FIRST_GUESS_S = 5e-6  # expected time of a traced pixel before the first: that on two cores
-TRACED_SECONDS = 2.0  # time of several small pictures up to which they are traced
-FORGOTTEN = 0.8  # factor of the expected time each time that it was too long
+LEAST_SAMPLES = 8  # fewest per pixel at rest, even on the slowest machine
+FIRST_SHARE = 1 / 6  # share of the first sample's time that a finer unlit image before it may take
+FEW_CLEAN, FEW = 1, 16  # samples per pixel of small pictures, with and without denoising
+MARGIN = 64  # pixels around a tile of a saved picture that the denoiser also sees
+FIRST_GUESS_S = 5e-6  # assumed time per traced pixel before the first one, on two cores
+TRACED_SECONDS = 2.0  # longest time for which several small pictures are traced
+FORGOTTEN = 0.8  # factor of the expected time, each time it was too long
 
 
 @dataclass
 class _Tracing:
-    """Tracing of one pane's image: its scene, the images that come, and the last one."""
+    """Tracing of one pane's image: its scene, the running refinement, and the last image."""
 
     inputs: SceneInputs
     raster: Raster
     coming: Iterator[Refined] = field(default_factory=lambda: iter(()))
     last: Refined | None = None
-    spent: float = 0.0  # seconds for all that has come
+    spent: float = 0.0  # seconds spent so far
     watch: Watch = UNWATCHED
     is_given_up: bool = False
 
@@ -59,10 +59,10 @@ class _Tracing:
 
 
 class PathTracingEngine(RendererEngine):
-    """The path tracer as an engine: images have ever more samples, and an estimated error.
+    """The path tracer as an engine: images get more and more samples, and an estimated error.
 
-    While something moves, several pixels share their light. Without a denoiser the ray caster
-    draws then, in soft light, if it may. `release` releases the denoiser.
+    While something moves, several pixels share their light; without a denoiser the ray caster draws
+    soft light instead, if it may. `release` releases the denoiser.
     """
 
     def __init__(
@@ -83,7 +83,7 @@ class PathTracingEngine(RendererEngine):
 
     @property
     def description(self) -> str:
-        """Name of the renderer, and what it says of its last image."""
+        """Name of the renderer, with the details of its last image."""
         return f"path tracer{self._details}"
 
     def _moving_raster(self, whole: Raster, seconds: float) -> Raster:
@@ -104,7 +104,7 @@ class PathTracingEngine(RendererEngine):
         return self._image(found, details)
 
     def _resting(self, request: ImageRequest, watch: Watch, width: int) -> Iterator[Image]:
-        """Trace more and more samples of each pixel, on from where the same scene's image ended."""
+        """Trace more and more samples per pixel; an image of the same scene is continued."""
         whole, traced = request.quality.pixels, self._traced.get(request.channel)
         if traced is not None and traced.last is not None and traced.inputs == request.inputs:
             width = max(width, traced.last.rgba.shape[1])
@@ -117,13 +117,13 @@ class PathTracingEngine(RendererEngine):
             yield from self._refined(request, raster, is_last, watch)
 
     def _first(self, request: ImageRequest, watch: Watch, width: int) -> Iterator[Image]:
-        """Draw what is seen before the first sample of each pixel."""
+        """Draw the image that is shown before the first sample per pixel."""
         whole = request.quality.pixels
         if self._preview is not None:
             for image in self._preview.resting(request, watch, width, (SOON_SECONDS,)):
                 yield replace(image, is_preview=True)
             return
-        # Where the first sample takes long, the image of a drag does not stay all that time.
+        # If the first sample takes long, a finer unlit image replaces that of the drag.
         seconds = (self._sizes.expected(SAMPLE, whole.side) or 0.0) * FIRST_SHARE
         raster = self._sizes.within(MOVING, whole, max(seconds, SOON_SECONDS))
         if raster.width > FINER * width:
@@ -132,7 +132,7 @@ class PathTracingEngine(RendererEngine):
     def _refined(
         self, request: ImageRequest, raster: Raster, is_last: bool, watch: Watch
     ) -> Iterator[Image]:
-        """Draw an image with ever more samples, or with one, if a finer image follows."""
+        """Draw an image with more and more samples, or with one if a finer image follows."""
         traced, scene = self._traced.get(request.channel), (request.inputs, raster)
         if traced is None or traced.is_given_up or (traced.inputs, traced.raster) != scene:
             traced = self._traced[request.channel] = _Tracing(*scene)
@@ -158,7 +158,7 @@ class PathTracingEngine(RendererEngine):
         begun = time.perf_counter()
         traced.last = next(traced.coming, None)
         if traced.last is None:
-            # It has ended, as it is no longer wanted.
+            # It has ended because the image is no longer wanted.
             traced.is_given_up = True
             raise SupersededError
         self._seconds = time.perf_counter() - begun
@@ -187,7 +187,7 @@ class PathTracingEngine(RendererEngine):
     def _tile(
         self, request: PictureRequest, tile: Raster, watch: Watch
     ) -> tuple[Array, float | None]:
-        """Trace a tile, with the samples that the request asks for, or as many as are usual."""
+        """Trace a tile with the requested number of samples, or the usual number."""
         quality, wide, asked = request.quality, tile.grown(MARGIN), count(1)
         samples = quality.samples if quality.samples > 1 else self._refining.samples
         share = 1 / questions(wide, samples)
@@ -227,10 +227,10 @@ class PathTracingEngine(RendererEngine):
 
 
 class PathAnalyst(RendererEngine):
-    """The analyst under path-traced light, in soft light, which is nearest to it.
+    """The analyst under path-traced light: it answers for lights that are close to it.
 
-    Fields of values are in soft light, too; curves of regions are unlit. `tracing` builds what
-    traces small pictures that are wanted so, where there is time for them.
+    Fields of values are in soft light, curves of regions unlit. `tracing` builds the tracer of
+    small pictures, which are traced if there is time.
     """
 
     def __init__(
@@ -249,18 +249,18 @@ class PathAnalyst(RendererEngine):
         self._traced_seconds = FIRST_GUESS_S
 
     def images(self, request: BatchRequest, watch: Watch = UNWATCHED) -> Array:
-        """Trace the images if that is wanted and fast enough; else draw them in soft light."""
+        """Trace the images if that is requested and fast enough, else draw them in soft light."""
         pixels = request.quality.pixels
         count = pixels.columns * pixels.rows * (1 + len(request.more))
         if not request.traced or self._tracing is None:
             return super().images(request, watch)
         if self._traced_seconds * count > TRACED_SECONDS:
-            # The processors may have been busy: another time it is tried again.
+            # The processors may have been busy, so it is tried again another time.
             self._traced_seconds *= FORGOTTEN
             return super().images(request, watch)
         if self._tracer is None:
             self._tracer = self._tracing()
-            # What is loaded then says nothing of the next ones.
+            # The first time includes loading, so it says nothing about the next ones.
             self._tracer.images(replace(request, more=()), watch)
         begun = time.perf_counter()
         images = self._tracer.images(request, watch)

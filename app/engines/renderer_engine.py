@@ -40,8 +40,8 @@ from model.scene.tf_perturbation import edit_over
 if TYPE_CHECKING:
     from model.rendering.raycast.renderer import RaycastRenderer
 
-TILE = 1024  # size of the tiles of pictures to save, in pixels: within what every OpenGL can draw
-PREVIEW_SECONDS = 1.5  # of the ray caster's image that is shown until VTK's is there
+TILE = 1024  # size of the tiles of saved pictures, in pixels: every OpenGL can draw that
+PREVIEW_SECONDS = 1.5  # of the ray caster's image that is shown until VTK's is drawn
 
 
 class RendererEngine(Engine):
@@ -53,7 +53,7 @@ class RendererEngine(Engine):
 
     @property
     def description(self) -> str:
-        """Name of the renderer; where another one had to draw, the sentence that says so."""
+        """Name of the renderer, or a sentence that says why another one draws."""
         return self._drawer.description
 
     @property
@@ -78,7 +78,7 @@ class RendererEngine(Engine):
             yield image
 
     def trade(self, request: TradeRequest, watch: Watch = UNWATCHED) -> Array:
-        """Measure images while something moves against the one at rest that was drawn last."""
+        """Measure moving images against the image at rest that was drawn last."""
         inputs, truth = self._finest.get(IMAGES, (None, None))
         if truth is None or inputs != request.inputs:
             raise NotOfferedError("There is no image at rest to measure others against.")
@@ -150,7 +150,7 @@ class RendererEngine(Engine):
         return np.stack([found[region] for region in request.regions])
 
     def value_visibility(self, request: ValueVisibilityRequest, watch: Watch = UNWATCHED) -> Array:
-        """Compute how much of each pixel shows some values, by close samples at rest."""
+        """Compute how much of each pixel shows some values, with close samples at rest."""
         from model.rendering.raycast.batch import CLOSE
 
         renderer = self._ray_caster()
@@ -177,7 +177,7 @@ class RendererEngine(Engine):
         return self._drawer.moving(request.inputs, raster, watch)
 
     def _resting(self, request: ImageRequest, watch: Watch, width: int) -> Iterator[Image]:
-        """Draw ever finer images, where one of a width is shown."""
+        """Draw ever finer images, given the width of the one that is shown."""
         return self._drawer.resting(request, watch, width)
 
     def _tile(
@@ -206,16 +206,16 @@ class RendererEngine(Engine):
         return self._drawer.renderer
 
     def _of_curves(self) -> RaycastRenderer:
-        """Return the renderer of which the curves of regions are."""
+        """Return the renderer that computes the curves of regions."""
         return self._ray_caster()
 
 
 class ReferenceEngine(RendererEngine):
     """The ray caster, which draws at once and while something moves, and VTK, which draws at rest.
 
-    VTK is opened after the first image at rest. From then on its image at rest follows the ray
-    caster's, unless it is there as soon. Where VTK fails, or is not to draw by the processor, the
-    ray caster's is the last. `open_vtk` is called in a thread of its own.
+    VTK is opened after the first image at rest. From then on its image at rest replaces the ray
+    caster's. If VTK fails, or would draw on the CPU and should not, the ray caster's image is the
+    last. `open_vtk` is called in a thread of its own.
     """
 
     def __init__(self, drawer: Drawer, open_vtk: Callable[[], FallbackRenderer]) -> None:

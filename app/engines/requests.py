@@ -19,19 +19,19 @@ from model.scene.region import ImageRegion
 from model.scene.scene import LightDirection, Lighting, RendererName, Scene
 from model.sensitivity.display import Measure
 
-IMAGES = "images"  # name of the channel whose images an engine's pane shows
-IMAGES_B = "images of B"  # of the scene that the pane B compares with that of A
+IMAGES = "images"  # channel of the images that an engine's pane shows
+IMAGES_B = "images of B"  # channel of the images of pane B
 
 Array = NDArray[np.float32]
 
 
 class SupersededError(Exception):
-    """Raised by an engine that gives up an answer which is no longer wanted."""
+    """Raised by an engine when an answer is no longer wanted."""
 
 
 @dataclass(frozen=True)
 class Watch:
-    """Whether an engine's answer is still wanted, and where its progress is noted, 0 to 1."""
+    """Tells an engine whether its answer is still wanted, and takes its progress, 0 to 1."""
 
     is_wanted: Callable[[], bool] = lambda: True
     note: Callable[[float], object] = lambda _part: None
@@ -42,15 +42,15 @@ class Watch:
             raise SupersededError
 
     def part(self, begun: float, share: float) -> Watch:
-        """Return the watch of a part of the answer, which is a share of all of it."""
+        """Return the watch of a part of the answer, which makes up a share of it."""
         return Watch(self.is_wanted, lambda part: self.note(begun + share * part))
 
 
-UNWATCHED = Watch()  # for an answer that is wanted to the end
+UNWATCHED = Watch()  # for an answer that is always wanted
 
 
 Drawing = Literal["auto"] | RendererName
-"""A renderer of the reference image, or the one that suits machine and light."""
+"""A renderer of the reference image; "auto" is the one that suits machine and light."""
 
 
 @dataclass(frozen=True)
@@ -61,14 +61,14 @@ class ReferenceSettings:
     light: LightDirection | None = None
     sample_distance: float = 0.5  # of VTK's final images and of derivatives, in voxels
     renderer: Drawing = "vtk"  # "auto" for VTK at rest, and the ray caster in motion
-    denoises: bool = True  # path-traced pictures, where the package for it is installed
+    denoises: bool = True  # path-traced pictures, if the package for it is installed
     samples: int = 64  # of each pixel of path-traced pictures to save
     passes: bool = False
-    """Whether another renderer draws soon, once its kernels are compiled: until then no image takes
-    long, and nothing draws in VTK's place."""
+    """Whether another renderer draws soon, when its kernels are compiled. Until then every image is
+    quick, and nothing replaces VTK."""
     is_truth: bool = False
-    """Whether a generator's image is compared with it. Then "auto" has VTK draw at rest without a
-    graphics card, too; else the ray caster draws there, which is several times as fast."""
+    """Whether a generator's image is compared with it. Then VTK draws at rest for "auto" even
+    without a graphics card; otherwise the ray caster would, which is several times as fast."""
 
     @property
     def smooth_distance(self) -> float:
@@ -80,8 +80,8 @@ class ReferenceSettings:
 class Quality:
     """Size and quality of a requested image; a generator's images have one size."""
 
-    size: int  # width and height in pixels; the shorter of the two where it is not square
-    live: bool = False  # while the user is dragging and speed matters more than quality
+    size: int  # width and height in pixels, or the shorter of them
+    live: bool = False  # during a drag, when speed matters more than quality
     raster: Raster | None = None  # pixels of an image that is not square
     samples: int = 1  # of each pixel of a path-traced picture to save
 
@@ -93,17 +93,17 @@ class Quality:
 
 @dataclass(frozen=True, eq=False)
 class Image:
-    """An image, as far as an engine has drawn it, or another array that answers a request."""
+    """An image as far as it is drawn, or another array that answers a request."""
 
     rgba: Array  # (H, W, 4) in [0, 1], premultiplied, row 0 at the top
     seconds: float  # that it took
     by: str = ""  # description of the engine
     is_last: bool = True  # whether no better image of the same request follows
     by_raycast: bool = False
-    is_preview: bool = False  # whether the one at rest has another renderer, or more samples
+    is_preview: bool = False  # whether the image at rest has another renderer, or more samples
     samples: int = 1  # of each pixel in path-traced light
     error: float | None = None  # estimated RMS of the colours; infinite while it is not known
-    quiet_seconds: float | None = None  # that it would take if all cores were free for it
+    quiet_seconds: float | None = None  # time that it would take with all cores to itself
 
     @property
     def width(self) -> int:
@@ -118,17 +118,17 @@ class Request:
     asks: ClassVar[str]  # name of the engine's method that answers
     inputs: SceneInputs
     quality: Quality
-    # Of an engine to draw by; None for the one that the client has started.
+    # Settings of the engine that answers; None for the engine that the client started.
     settings: ReferenceSettings | None = field(default=None, kw_only=True)
-    # No part of the question: a number that increases with every request, and the channel's name.
+    # Not part of the question: a number that grows with every request, and the channel.
     sequence: int = field(default=0, compare=False, kw_only=True)
     channel: str = field(default=IMAGES, compare=False, kw_only=True)
 
     def answer(self, engine: Engine, watch: Watch) -> NDArray[Any] | Iterator[Image]:
-        """Return an engine's answer, or ever better images.
+        """Return an engine's answer, or an iterator of ever better images.
 
-        Raises :class:`NotOfferedError` where the engine has no answer to such requests, and
-        :class:`SupersededError` where it has given up one that is no longer wanted.
+        Raises :class:`NotOfferedError` if the engine does not answer such requests, and
+        :class:`SupersededError` if the answer is no longer wanted.
         """
         return getattr(engine, self.asks)(self, watch)
 
@@ -137,7 +137,7 @@ class Request:
 class ImageRequest(Request):
     """Request for ever better images of a scene; for one image while something moves.
 
-    The pixels of its quality are those of the whole image; coarser ones have fewer.
+    The quality's size is that of the final image; coarser ones have fewer pixels.
     """
 
     asks = "images_of"
@@ -149,8 +149,8 @@ class ImageRequest(Request):
 class TradeRequest(Request):
     """Request for seconds and error of images while something moves: float32 (n, 2).
 
-    The n images have each of :data:`app.engines.pace.SCALES` of the whole width, the fewest pixels
-    first. Their error is the distance from the last image at rest.
+    The n images have the :data:`app.engines.pace.SCALES` of the whole width, the smallest first.
+    Their error is the distance from the last image at rest.
     """
 
     asks = "trade"
@@ -167,13 +167,13 @@ class PictureRequest(Request):
 class BatchRequest(Request):
     """Request for several images, float32 (N, S, S, 4).
 
-    A generator draws N latent codes in place of the opacity TFs of inputs that are else the same.
+    A generator can draw N latent codes instead of opacity TFs; the other inputs are then equal.
     """
 
     asks = "images"
     more: tuple[SceneInputs, ...] = ()  # those of all images but the first, which has `inputs`
     codes: tuple[tuple[float, ...], ...] = ()  # empty to draw the TFs
-    # Whether path-traced light is wanted, where there is time; else another light draws a preview.
+    # Whether the images are path-traced if there is time, instead of a preview in another light.
     traced: bool = field(default=False, compare=False)
 
 
@@ -220,13 +220,13 @@ class Engine(ABC):
     """Base class of engines; each is built, used and closed in one thread.
 
     A method returns the array that its request's class describes. It may raise
-    :class:`SupersededError` once the watch says that the answer is no longer wanted. What an
-    engine does not offer raises :class:`model.errors.NotOfferedError`.
+    :class:`SupersededError` when the answer is no longer wanted. Methods that an engine does not
+    offer raise :class:`model.errors.NotOfferedError`.
     """
 
     scene: Scene | None = None  # what a generator was trained on
     draws_codes = False  # whether images can be drawn from latent codes
-    image_error: float | None = None  # estimated, of the last picture to save; maybe infinite
+    image_error: float | None = None  # estimated error of the last saved picture; may be infinite
 
     @property
     def description(self) -> str:
@@ -235,12 +235,12 @@ class Engine(ABC):
 
     @property
     def remark(self) -> str:
-        """One sentence on why this engine draws, and no other; empty if it was asked for."""
+        """One sentence on why this engine draws instead of another; empty if the user chose it."""
         return ""
 
     @abstractmethod
     def images_of(self, request: ImageRequest, watch: Watch = UNWATCHED) -> Iterator[Image]:
-        """Draw ever better images, up to one that is the last; fewer once none is wanted."""
+        """Draw ever better images, up to the final one; stop when they are no longer wanted."""
 
     def trade(self, request: TradeRequest, watch: Watch = UNWATCHED) -> Array:
         """Measure time and error of images while something moves; not offered by generators."""
@@ -275,7 +275,7 @@ class Engine(ABC):
         raise NotOfferedError("A generator does not know where scalar values are visible.")
 
     def forget(self, channel: str) -> None:  # noqa: B027, most keep nothing
-        """Free what is kept of a channel's images, which are out of sight."""
+        """Free the data of a channel's images, which are hidden."""
 
     def close(self) -> None:  # noqa: B027, many have nothing to release
         """Release the engine's resources."""

@@ -34,7 +34,7 @@ PROGRESS_S = 0.1  # time between two messages of an answer's progress
 
 
 class Mailbox:
-    """Thread-safe mailbox with one slot per channel, whose request a newer one replaces."""
+    """Thread-safe mailbox with one slot per channel; a newer request replaces an older one."""
 
     def __init__(self) -> None:
         self._changed = threading.Condition()
@@ -69,15 +69,15 @@ class Mailbox:
             self._changed.notify_all()
 
     def abandon(self, channel: str) -> None:
-        """Drop the waiting request of a channel, and call off the one that was taken last."""
+        """Drop the waiting request of a channel, and cancel the one that was taken last."""
         with self._changed:
             self._slots.pop(channel, None)
             self._abandoned.add(channel)
 
     def wants(self, request: Request) -> bool:
-        """Return False if a request that was taken is called off, or overtaken by a newer one.
+        """Return False if a request that was taken is cancelled or replaced by a newer one.
 
-        Live ones are not by others: otherwise a drag would show nothing until it rests.
+        Newer requests do not replace live ones: otherwise a drag would show nothing until it ends.
         """
         if self._closed:
             return False
@@ -101,12 +101,12 @@ class Mailbox:
 class EngineWorker(QObject):
     """Builds an engine in its own thread and answers the newest requests there.
 
-    Images become better until there is a newer request of their channel. Between two of them
-    other channels have their turn.
+    Images get better until there is a newer request of their channel. Between two images, other
+    channels take their turn.
 
-    All signals are delivered in the thread of this object. After :meth:`stop`,
-    only `finished` is emitted. The factory builds the engine, in the worker's thread, and there
-    one for each of the settings that requests have while they are in use.
+    All signals are delivered in the thread of this object. After :meth:`stop`, only `finished` is
+    emitted. The factory runs in the worker's thread. It builds the engine, and one more for each of
+    the settings in use.
     """
 
     engineReady = Signal(object)
@@ -139,7 +139,7 @@ class EngineWorker(QObject):
         self._mailbox.put(request)
 
     def abandon(self, channel: str) -> None:
-        """Call off the requests of a channel, unless they are live; returns at once."""
+        """Cancel the requests of a channel unless they are live; returns at once."""
         self._mailbox.abandon(channel)
 
     def free(self) -> None:
@@ -166,7 +166,7 @@ class EngineWorker(QObject):
             engine = self._engines[None] = self._factory()
             ready = EngineReady(engine.description, engine.scene, engine.draws_codes, engine.remark)
         except BaseException as error:
-            # Whatever it is: the window would wait for ever for a thread that ended in silence.
+            # Any exception: the window would wait forever for a thread that ended silently.
             self._message.emit(EngineFailed(error_sentence(error)))
             return
         try:
@@ -189,7 +189,7 @@ class EngineWorker(QObject):
             elif begun:
                 request, coming = begun.pop(next(iter(begun)))
             else:
-                # Woken: B is out of sight.
+                # Woken because B is hidden.
                 self._close_unused()
                 self._engines[None].forget(IMAGES_B)
                 continue
@@ -202,7 +202,7 @@ class EngineWorker(QObject):
             del request, coming, result
 
     def _engine_of(self, request: Request) -> Engine:
-        """Return the engine of a request's settings, which replaces those that are not in use."""
+        """Return the engine for a request's settings; close engines that are not in use."""
         if request.settings not in self._engines:
             self._close_unused()
             self._engines[request.settings] = self._factory(request.settings)

@@ -151,7 +151,7 @@ def save_teaser(
 
 
 def save_overview(path: Path, name: str, units: str, found: Overview) -> None:
-    """Draw what a model learns from, its networks, and a novel image, as a PNG file."""
+    """Draw a model's training images, its networks, and a novel image, as a PNG file."""
     page = Page(
         f"Volume rendering as a generative model: {name}",
         [PICTURE, PLOT, PLOT],
@@ -255,7 +255,7 @@ MEASURES = (("opacity_rmse", "opacity image RMSE"), ("rmse", "image RMSE"), ("em
 def save_side_by_side(
     path: Path, study: Study, result: dict[str, Any], found: dict[str, NDArray[np.floating]]
 ) -> None:
-    """Draw the same hold-out samples by each model, a column for each, as a PNG file."""
+    """Draw the same hold-out samples by each model, one column per model, as a PNG file."""
     rows = len(next(iter(found.values())))
     page = Page(study.title, [PICTURE] * len(found), [PICTURE] * rows)
     for column, (label, images) in enumerate(found.items()):
@@ -308,10 +308,11 @@ def save_latent_figure(
     tf: TFPlot | None = None,
     explanation: str = "",
 ) -> None:
-    """Draw the map, its parts as far as they are given, and an explanation, as a PNG file.
+    """Draw the map, the parts that are given, and an explanation, as a PNG file.
 
     To the left are pictures (H, W, 3) of the cells of a brush, to the right that of a place, over
     its decoded TF. A radius of 0 marks a place that is approximate.
+
     """
     column = int(grid is not None)
     widths = [LATENT_MAP] * (1 + column) + [PLOT] * (picture is not None)

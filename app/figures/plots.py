@@ -65,7 +65,7 @@ class TFPlot:
     value_label: str = "scalar value"
     responses: NDArray[np.floating] | None = None  # red, over the opacities, with an own axis
     response_label: str = "change / +.01"
-    window: NDArray[np.bool_] | None = None  # values by which that axis is chosen; all by default
+    window: NDArray[np.bool_] | None = None  # values that determine that axis; all by default
     band: NDArray[np.floating] | None = None  # weights in [0, 1] of values whose field is shown
     mode: GaussianMode | None = None  # that is to be added, dashed
     scale: ValueScale = "linear"
@@ -97,14 +97,14 @@ PICTURE = 250  # width and height of a picture with its title, in pixels
 PLOT = 400  # width of a plot
 MARGIN = 10
 
-CAPTION_SHARE = 0.92  # part of a page's width that captions have: some of their letters are wide
+CAPTION_SHARE = 0.92  # part of a page's width for captions
 SPACING = 6  # pixels between rows and columns
 
 
 class Page:
     """A figure of columns and rows below a title, with these widths and heights in pixels.
 
-    Without a display it is drawn off screen. What is added is the plot that is returned.
+    Without a display it is drawn off screen. Methods return the plot that they add.
     """
 
     def __init__(self, title: str, widths: list[int], heights: list[int]) -> None:

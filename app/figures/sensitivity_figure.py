@@ -47,7 +47,7 @@ def _save_curve(path: Path, result: SensitivityResult, caption: str, region: Reg
     shown = shown_responses(result.sensitivity, result.pixels, result.width)
     title = f"Sensitivity of {result.place}: {result.source}"
     inside, highest = (float(np.abs(v).max(initial=0)) for v in (shown[result.in_window], shown))
-    # Only where the background's values would leave the others flat is the curve cut.
+    # The curve is cut off only if the background's values would make the others flat.
     is_cut = 0 < inside < highest / CUT_FROM
     if is_cut:
         title += f"; reaches beyond to {shown[np.abs(shown).argmax()]:.3g}"

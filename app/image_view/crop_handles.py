@@ -19,7 +19,7 @@ from model.scene.clip_plane import ClipPlane
 from model.scene.crop import WITHOUT_VOLUME, CropBox, axis_name, least_length, voxel_at
 from model.scene.view import NEAREST_DEPTH, Projection, from_middle
 
-RADIUS, REACH = 6.0, 10.0  # of a handle, and how far from its middle it takes the mouse, in pixels
+RADIUS, REACH = 6.0, 10.0  # of a handle, and its distance that takes the mouse, pixels
 LABEL_PLACE = QPointF(14.0, -12.0)  # lower left corner of a handle's label, from its middle
 
 CURSORS = (
@@ -51,7 +51,7 @@ class Handle:
 
 
 class CropHandles(QObject):
-    """Shows crop box and clipping plane over a canvas while active, and moves them by the mouse."""
+    """Shows crop box and clipping plane over a canvas while active; the mouse moves them."""
 
     def __init__(self, canvas: ImageCanvas, state: ViewerState) -> None:
         super().__init__(canvas)
@@ -63,7 +63,7 @@ class CropHandles(QObject):
         self._dragged: Kind | None = None
         self._offset = QPointF()
         self._pivot: Points | None = None
-        """Point about which the clipping plane was turned last: its handle is next to it."""
+        """Point about which the clipping plane was last turned; its handle is next to it."""
         self._is_front = True
         canvas.setMouseTracking(True)
         canvas.decorations.append(self._paint)
@@ -89,7 +89,7 @@ class CropHandles(QObject):
         return [found[n] for n in order if self._has_way(found[n])]
 
     def _has_way(self, handle: Handle) -> bool:
-        """Whether a handle can be moved in the image: not along the line of sight."""
+        """Whether a handle can be moved in the image: its axis is not along the line of sight."""
         clip, way = self._state.clip, np.eye(4, 3)[handle.kind[0]]
         if handle.kind == MOVES and clip is not None:
             way = np.array(clip.normal)
@@ -140,7 +140,7 @@ class CropHandles(QObject):
         return kind in PRESSES and self._press(mouse)
 
     def _follow(self, _change: object = None) -> None:
-        """Show the box; a handle that has left the mouse, as after an undo, is marked no more."""
+        """Show the box; unmark a handle that is no longer under the mouse, as after an undo."""
         if self._active:
             if self._dragged is None:
                 self._hover(None)
@@ -170,7 +170,7 @@ class CropHandles(QObject):
 
     def _continue(self, event: QMouseEvent) -> bool:
         if not event.buttons() & Qt.MouseButton.LeftButton:
-            # The release itself, or it was kept from the canvas.
+            # The release itself, or another widget has taken it.
             self._end_drag()
             self._look(event)
         elif event.type() == QEvent.Type.MouseMove:
@@ -185,7 +185,7 @@ class CropHandles(QObject):
         if kind is None or (kind in PLANE_LABELS and state.clip is None):
             return
         if kind == TURNS and self._pivot is not None:
-            # As on a ball around the handle, on the side that the normal was on.
+            # As on a ball around the handle, on the side of the previous normal.
             x, y = (np.array(place) - projection.places(self._pivot[None])[0]) / ARROW
             z = math.sqrt(max(1 - x**2 - y**2, 0.0))
             normal = np.array([x, y, z if self._is_front else -z]) @ state.view.basis()
@@ -238,7 +238,7 @@ class CropHandles(QObject):
         return clip.nearest(pivot, self._state.proportions)
 
     def _arrow(self, clip: ClipPlane) -> Points:
-        """The clipping plane's normal as a line (2, 3), which is as long in each view."""
+        """The clipping plane's normal as a line (2, 3) of the same length in every view."""
         base = self._base(clip)
         length = ARROW * float(self._projection.half_sides(base[None])[0]) / 2
         return np.array([base, base + length * np.array(clip.normal) / self._state.proportions])

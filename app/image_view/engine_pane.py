@@ -35,13 +35,13 @@ PREPARING = "Preparing …"
 DRAWING = "drawing …"
 OUTSIDE = "outside training"
 
-MOST_PROGRESS = 0.94  # of an image that is not there in full yet
+MOST_PROGRESS = 0.94  # of an image that is not complete yet
 
 
 class EnginePane(QWidget):
     """Shows one engine's image. Its caption says how it was drawn; of a single image, its light.
 
-    The images are those of a channel, without one of the client's first.
+    The images are those of a channel, by default the client's first.
     """
 
     imageShown = Signal(object, object)  # emitted with inputs and float32 image (H, W, 4)
@@ -49,7 +49,7 @@ class EnginePane(QWidget):
     statusShown = Signal()  # whenever the caption has been written anew
 
     title = Painted("", "_show_status")  # what the images are
-    hint = Painted("", "_show_status")  # in what the image is outside of what its model knows
+    hint = Painted("", "_show_status")  # in which inputs the image is outside its model's training
     is_alone = Painted(False, "_show_status")  # as the only image: its caption is the light then
     background = Painted[Background](BLACK, "_show_brightness")
 
@@ -98,36 +98,36 @@ class EnginePane(QWidget):
         self._show_state(client.state)
 
     def forget(self) -> None:
-        """Free the image, which is out of sight."""
+        """Free the image, because the pane is hidden."""
         self.rgba = self._shown = None
         self.canvas.show_image(None)
 
     def set_note(self, text: str, tip: str = "", is_unusual: bool = False) -> None:
-        """Say how far the image is from the truth, and whether its model knows no such image."""
+        """Show the image's error, and whether it is outside the model's training."""
         self.note, self._note_tip, self._is_unusual = text, tip, is_unusual
         self._show_status()
 
     def set_light(self, light: str, coming: str = "", most_samples: int = 0) -> None:
         """Name the light of the image, and the one that follows once it can be drawn, if any."""
         if light != self._light:
-            # Those of an image in the light before.
+            # They belong to an image in the previous light.
             self._samples = 0
         self._light, self._coming, self._most_samples = light, coming, most_samples
         self._show_status()
 
     def set_drawer(self, title: str, who: str, tip: str = "") -> None:
-        """Say what the pane's images are and what draws them; the tooltip says more."""
+        """Set the title of the pane's images, the name of their renderer, and the tooltip."""
         self.title, self._who, self._tip = title, who, tip
         self._show_status()
 
     def name_cover(self, title: str, detail: str = "", tip: str = "") -> None:
-        """Have the caption name the picture that covers the image; empty for the image again."""
+        """Make the caption name the picture that covers the image; empty for the image itself."""
         self._cover = (title, detail, tip) if title else ("", "", "")
         self._show_status()
 
     @property
     def shows_present(self) -> bool:
-        """Whether an image is there that nothing covers, and is not late."""
+        """Whether there is an image that is up to date and not covered."""
         is_there = self.rgba is not None and not self.canvas.message
         return is_there and not self._is_late and not self._cover[0]
 
@@ -138,10 +138,10 @@ class EnginePane(QWidget):
 
     def _show_state(self, state: EngineState) -> None:
         if state is EngineState.SETTLED and self.channel.is_pending:
-            # What has settled is the other image of the same engine.
+            # The other image of the same engine has settled.
             state = EngineState.WORKING
         if state is EngineState.LOADING:
-            # Another light, perhaps: whatever is shown is not of it.
+            # The light may have changed, so the shown image may be in another light.
             self._shown = None
         elif state is not EngineState.WORKING:
             self._wanted = None
@@ -168,14 +168,14 @@ class EnginePane(QWidget):
         self._show_status()
 
     def _show_result(self, result: Result) -> None:
-        """Show an image unless one is there that was asked for later."""
+        """Show an image unless a newer one is shown."""
         request = result.request
         if request.sequence < self._newest:
             return
         self._is_finer_next = not result.is_last
         self._newest = request.sequence
         if result.image is None:
-            # Whatever was there is not what is asked for.
+            # The old image does not show the new request.
             self._wanted, self._is_late, self.note = None, False, ""
             self._patience.stop()
             self.forget()
@@ -206,7 +206,7 @@ class EnginePane(QWidget):
         self.imageShown.emit(result.request.inputs, rgba)
 
     def _wait(self, request: Request) -> None:
-        """Say in a while that the image is not the wanted one, unless it comes until then."""
+        """Say that the image is late, unless the wanted one arrives soon."""
         self._wanted = request.inputs
         if self._wanted != self._shown and not self._patience.isActive():
             self._patience.start()
@@ -216,7 +216,7 @@ class EnginePane(QWidget):
         self._show_status()
 
     def _show_status(self) -> None:
-        """Say in the caption how true the image is, and draw how far it has got."""
+        """Show the image's error and progress in the caption."""
         title, text, tip = self._cover
         tone: Tone = "dim"
         lines = tip.splitlines()
@@ -275,7 +275,7 @@ class EnginePane(QWidget):
         return f"path traced, {count} sample{'s' * (count > 1)}"
 
     def _progress(self) -> float | None:
-        """Part of the pixels that are there, of an image that is not there in full; else None."""
+        """Share of the pixels that are drawn; None for a complete image."""
         if self._is_late:
             return LEAST_PROGRESS
         if self.rgba is None or not self._is_finer_next or self._speed:
@@ -315,7 +315,7 @@ class OpacityInset(QObject):
 
     @property
     def box(self) -> QRectF:
-        """Place of the image in the canvas; empty while there is none."""
+        """Rectangle of the image in the canvas; empty without an image."""
         if self.picture is None:
             return QRectF()
         whole = self._pane.canvas.picture_rect

@@ -50,10 +50,10 @@ WHAT = (
 
 
 class FidelityLine(QLabel):
-    """Says nothing of an exact image, else how wrong it is, why, and how it gets better.
+    """Says how wrong an image is, why, and how it gets better; empty for an exact image.
 
-    `whole` returns the pixels of an image that nothing limits, `passes` whether another
-    renderer's image follows the one that is drawn. What it says is its accessible name, too.
+    `whole` returns the pixels of an image that nothing limits, `passes` whether another renderer's
+    image follows. The text is also the accessible name.
     """
 
     judged = Signal()  # when an image has been judged
@@ -82,7 +82,7 @@ class FidelityLine(QLabel):
 
     @property
     def moving(self) -> str:
-        """Rate and error of the last images while something moved, as measured; may be empty."""
+        """Measured rate and error of the last moving images; may be empty."""
         return "" if self._errors.moving is None else figures_text(*self._errors.moving)
 
     def _follow(self, state: EngineState) -> None:
@@ -126,7 +126,7 @@ MEASURING = "Measuring {} of {} …"
 MEASURED = "Measured in this scene, with {} × {} pixels at rest."
 
 WIDEST, UNKNOWN = "999 / s, error .0000", "…"
-"""As long as figures get, so that nothing moves as they change, and what is there without any."""
+"""The longest text, so that nothing moves as it changes, and the text without numbers."""
 
 NAMES = list(STOPS)  # of the stops, from left to right
 MARGIN = 10  # around the figures, in pixels
@@ -134,7 +134,7 @@ LEAST_WIDTH = 34  # of a button in the bar, in pixels
 
 
 class TradePopover(QFrame):
-    """Shows rate and error of images while something moves at each stop, as measured while open."""
+    """Shows rate and error of moving images at each stop, measured while it is open."""
 
     def __init__(self, work: ReferenceWork, parent: QWidget) -> None:
         super().__init__(parent, Qt.WindowType.Popup)
@@ -144,7 +144,7 @@ class TradePopover(QFrame):
         self.setAccessibleName("Speed against accuracy")
         self.status = QLabel()
         self.rows: dict[Stop, tuple[QLabel, QLabel, QLabel]] = {}
-        """Labels of rate, error, and what an image at rest comes to."""
+        """Labels of rate, error, and limits of the image at rest."""
         self._lay_out()
         work.trade.changed.connect(self.refresh)
 
@@ -157,17 +157,17 @@ class TradePopover(QFrame):
         self.show()
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Measure what is to be shown."""
+        """Start measuring."""
         super().showEvent(event)
         self._trade.watch(True)
 
     def hideEvent(self, event: QHideEvent) -> None:
-        """Measure no more."""
+        """Stop measuring."""
         super().hideEvent(event)
         self._trade.watch(False)
 
     def refresh(self) -> None:
-        """Show what is measured by now."""
+        """Show the measurements so far."""
         for name, (rate, error, rest) in self.rows.items():
             traded = self._trade.at(STOPS[name])
             rate.setText("" if traded is None else rate_text(traded.seconds))
@@ -189,7 +189,7 @@ class TradePopover(QFrame):
         return f"{self._work.resting_distance(name):g} voxel steps".removeprefix("0")
 
     def _alike_text(self) -> str:
-        """Say which stops draw the same here while something moves; empty if all differ."""
+        """Say which stops draw the same moving images here; empty if all differ."""
         found = {name: self._trade.at(stop) for name, stop in STOPS.items()}
         groups: dict[float, list[str]] = {}
         for name, traded in found.items():
@@ -223,7 +223,7 @@ class TradePopover(QFrame):
 
 
 class ExactnessSlider(QWidget):
-    """Chooses between speed and accuracy, and has measured figures of both."""
+    """Chooses between speed and accuracy, and shows measurements of both."""
 
     def __init__(self, work: ReferenceWork) -> None:
         super().__init__()
@@ -236,7 +236,7 @@ class ExactnessSlider(QWidget):
         self.slider.setRange(0, len(NAMES) - 1)
         self.slider.setPageStep(1)
         self.slider.setFixedWidth(WIDTH)
-        # What is dragged over is not drawn.
+        # Stops that are passed during a drag are not drawn.
         self.slider.setTracking(False)
         self.slider.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self.figures = text_button("", "", lambda: self.popover.open_below(self.figures), "flat")
@@ -257,12 +257,12 @@ class ExactnessSlider(QWidget):
         return TradePopover(self._work, self)
 
     def follow(self, line: FidelityLine) -> None:
-        """Have the figures of the images that a line judges."""
+        """Show the measurements of an error line."""
         self._line = line
         line.judged.connect(self._show_figures)
 
     def set_folded(self, folded: bool) -> None:
-        """Leave words and figures out, or show them again."""
+        """Hide words and numbers, or show them again."""
         self._is_folded = folded
         for label in self._ends:
             label.setVisible(not folded)

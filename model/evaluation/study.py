@@ -19,7 +19,7 @@ from model.errors import CollapseError, TrainingError
 from model.evaluation.holdout import generator_errors, nearest_images, neighbor_errors, pictures
 from model.files import write_atomically
 from model.generator.generator import Generator
-from model.json_files import read_json
+from model.json_files import build, read_json
 from model.metrics import clearly_seen
 from model.networks.card import MODEL_FILE
 from model.samples.sample_store import SampleBatch, SampleStore
@@ -164,7 +164,7 @@ def run_study(
         "lighting": plan.store.scene.lighting,
         "training_images": plan.store.count("train"),
         "holdout_count": plan.count,
-        "options": plan.base.options.to_json(),
+        "options": asdict(plan.base.options),
         "nearest_neighbor": neighbor,
         "variants": rows,
     }
@@ -277,7 +277,7 @@ def markdown(study: Study, result: dict[str, Any]) -> str:
 
 def recipe_lines(study: Study, result: dict[str, Any]) -> list[str]:
     """Return the recipe of all variants, and what each changes, as two sentences."""
-    options = TrainingOptions.from_json(result["options"])
+    options = build(TrainingOptions, result["options"])
     changes = "; ".join(
         f"{variant.label}: {', '.join(parts)}"
         for variant in study.variants
@@ -285,7 +285,7 @@ def recipe_lines(study: Study, result: dict[str, Any]) -> list[str]:
     )
     settings = (
         f"{name}={str(value).lower() if isinstance(value, bool) else f'{value:g}'}"
-        for name, value in flattened(options.to_json()).items()
+        for name, value in flattened(asdict(options)).items()
     )
     return [f"Recipe of all: {', '.join(settings)}.", f"Changed by each: {changes}."]
 

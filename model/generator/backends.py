@@ -17,7 +17,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor, nn
 
-from model.errors import DeviceError, missing
+from model.errors import TfscopeError, missing
 from model.networks.generator_network import GeneratorNetwork
 from model.networks.names import BackendName, Precision
 
@@ -87,7 +87,7 @@ def make_decode(network: GeneratorNetwork, backend: Backend, device: torch.devic
     """Return a function equivalent to the network's `decode` that uses a backend."""
     trouble = obstacle(backend, device)
     if trouble is not None:
-        raise DeviceError(f"The backend '{backend.name}' is not available: {trouble}.")
+        raise TfscopeError(f"The backend '{backend.name}' is not available: {trouble}.")
     if backend.name == "openvino":
         return _ForEachSize(lambda *inputs: _openvino(network, backend.precision, inputs))
     return network.decode

@@ -6,6 +6,7 @@ import hashlib
 import io
 import json
 import zipfile
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -223,12 +224,13 @@ def draw_codes(
     return generator.render_latent(codes, inputs)
 
 
-def draw_cells(
-    generator: Generator, space: LatentSpace, cells: Cells, inputs: SceneInputs
-) -> Images:
-    """Draw the pictures (4, 4, S, S, 4) of a brushed rectangle's cells, NaN in empty ones."""
+def draw_cells(cells: Cells, draw: Callable[[Codes], Images]) -> Images:
+    """Draw the pictures (4, 4, S, S, 4) of a brushed rectangle's cells, NaN in empty ones.
+
+    `draw` makes images (n, S, S, 4) of codes (n, d).
+    """
     filled = cells.count > 0
-    drawn = draw_codes(generator, space, cells.codes[filled], inputs)
+    drawn = draw(cells.codes[filled])
     images = np.full((*filled.shape, *drawn.shape[1:]), np.nan, dtype=np.float32)
     images[filled] = drawn
     return images

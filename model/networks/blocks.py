@@ -13,7 +13,7 @@ import torch
 from torch import Tensor, nn
 from torch.nn.functional import conv_transpose2d, interpolate, pad
 
-from model.errors import DeviceError
+from model.errors import TfscopeError
 
 Network = TypeVar("Network", bound=nn.Module)
 
@@ -207,13 +207,13 @@ def parameter_count(module: nn.Module) -> int:
 
 
 def choose_device(name: str) -> torch.device:
-    """Return the device "auto", "cpu" or "cuda"; raise :class:`DeviceError` if it is not here."""
+    """Return the device "auto", "cpu" or "cuda"; raise :class:`TfscopeError` if it is not here."""
     if name == "auto":
         return torch.device("cuda" if torch.cuda.is_available() else "cpu")
     if name not in ("cpu", "cuda"):
-        raise DeviceError(f"The device '{name}' is unknown; choose auto, cpu or cuda.")
+        raise TfscopeError(f"The device '{name}' is unknown; choose auto, cpu or cuda.")
     if name == "cuda" and not torch.cuda.is_available():
-        raise DeviceError(
+        raise TfscopeError(
             "The device 'cuda' is not available: torch sees no NVIDIA GPU; "
             "choose cpu, or install torch's CUDA build and the driver."
         )

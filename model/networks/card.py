@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -28,10 +28,6 @@ class ModelCard:
     training: dict[str, Any] = field(default_factory=dict)  # options, budget and course of training
     metrics: dict[str, Any] = field(default_factory=dict)  # on hold-out samples at the end
     versions: dict[str, str] = field(default_factory=dict)  # of the software that trained it
-
-    def to_json(self) -> dict[str, Any]:
-        """The card as plain data."""
-        return {**asdict(self), "scene": self.scene.to_json()}
 
 
 def load_card(folder: Path) -> ModelCard:
@@ -131,16 +127,10 @@ def read_weights(folder: Path, header: dict[str, Any]) -> bytes:
 
 
 KIND_NAMES = {
-    "modes": "mixtures of modes",
-    "ramp": "ramps",
-    "plateau": "plateaus",
-    "step": "steps",
-    "band": "bands",
-    "curve": "free curves",
-    "constant": "constants",
-    "nearly empty": "nearly empty",
-    "empty": "empty",
-}
+    "modes": "mixtures of modes", "ramp": "ramps", "plateau": "plateaus", "step": "steps",
+    "band": "bands", "curve": "free curves", "constant": "constants",
+    "nearly empty": "nearly empty", "empty": "empty",
+}  # fmt: skip
 """Names of the kinds of opacity TFs (:data:`model.scene.random_inputs.OpacityKind`) for display."""
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -39,7 +40,7 @@ def save_model(folder: Path, card: ModelCard, network: GeneratorNetwork) -> None
         write_atomically(folder / name, content)
         write_header(
             folder,
-            {"tfscope_model": FORMAT_VERSION, "weights": name, "sha256": digest, **card.to_json()},
+            {"tfscope_model": FORMAT_VERSION, "weights": name, "sha256": digest, **asdict(card)},
         )
         for old in folder.glob("generator-*.safetensors"):
             if old.name != name:

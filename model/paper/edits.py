@@ -16,15 +16,7 @@ from model.scene.scene import Scene
 from model.scene.tf_emphasis import add_mode
 from model.scene.tf_perturbation import EDIT_WIDTH, edit_around
 from model.scene.transfer_function import TF_SAMPLES, GaussianMode
-from model.sensitivity.display import (
-    field_of_value,
-    global_scale,
-    overlay_globally,
-    scale_of,
-    shown_field,
-    shown_responses,
-    spread_blocks,
-)
+from model.sensitivity import display
 from model.sensitivity.learned import Sensitivity
 from model.sensitivity.what_if import compare
 
@@ -85,7 +77,7 @@ def region_edits(subject: Subject, inputs: SceneInputs) -> list[RegionStep]:
     for region in regions:
         sensitivity = Sensitivity(subject.generator, inputs)
         mask = region.mask(subject.size)
-        responses = shown_responses(sensitivity.region(region), int(mask.sum()), EDIT_WIDTH)
+        responses = display.shown_responses(sensitivity.region(region), int(mask.sum()), EDIT_WIDTH)
         mode = suggested_mode(subject.generator.scene, inputs, responses, mode)
         edited = with_mode(inputs, mode)
         drawn, truth = subject.drawn(inputs), subject.truth(inputs)
@@ -175,7 +167,7 @@ def whole_responses(subject: Subject, inputs: SceneInputs) -> NDArray[np.float64
     """Sensitivity (256,) of the whole image in the displayed unit."""
     size = subject.size
     found = Sensitivity(subject.generator, inputs).region(Region.whole(size))
-    return shown_responses(found, size**2, EDIT_WIDTH)
+    return display.shown_responses(found, size**2, EDIT_WIDTH)
 
 
 def value_field(subject: Subject, inputs: SceneInputs, value: float) -> ValueField:
@@ -185,18 +177,20 @@ def value_field(subject: Subject, inputs: SceneInputs, value: float) -> ValueFie
     found = Sensitivity(subject.generator, inputs)
     image = found.image
     fields = found.field(block)
-    whole = global_scale(fields, block**2, EDIT_WIDTH)
-    of_value = field_of_value(fields, value, scalar_range)
-    of_blocks = shown_responses(of_value, block**2, EDIT_WIDTH).astype(np.float32)
+    whole = display.global_scale(fields, block**2, EDIT_WIDTH)
+    of_value = display.field_of_value(fields, value, scalar_range)
+    of_blocks = display.shown_responses(of_value, block**2, EDIT_WIDTH).astype(np.float32)
     edit = edit_around(value, scalar_range, EDIT_WIDTH)
-    of_pixels = shown_field(found.change(edit), edit, "change")
-    scale = scale_of(of_blocks)
+    of_pixels = display.shown_field(found.change(edit), edit, "change")
+    scale = display.scale_of(of_blocks)
     return ValueField(
         value=value,
         band=np.asarray(edit / edit.max(), dtype=np.float64),
         responses=whole_responses(subject, inputs),
-        blocks=overlay_globally(image, spread_blocks(of_blocks, size, block), scale, whole),
-        pixels=overlay_globally(image, of_pixels, scale_of(of_pixels), whole),
+        blocks=display.overlay_globally(
+            image, display.spread_blocks(of_blocks, size, block), scale, whole
+        ),
+        pixels=display.overlay_globally(image, of_pixels, display.scale_of(of_pixels), whole),
         scale=scale,
         whole=whole,
     )

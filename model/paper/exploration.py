@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -108,7 +109,8 @@ def _explored(
     left, lower, right, upper = (float(x) for x in (*(middle - half), *(middle + half)))
     brush = left, lower, right, upper
     cells = map_.cells(brush)
-    images = draw_cells(subject.generator, subject.space, cells, inputs)[..., :3]
+    draw = partial(draw_codes, subject.generator, subject.space, inputs=inputs)
+    images = draw_cells(cells, draw)[..., :3]
     # Where most is to be seen, the mouse rests.
     contrast = np.where(cells.count > 0, np.nan_to_num(images).std(axis=(2, 3, 4)), -1)
     row, column = np.unravel_index(contrast.argmax(), contrast.shape)

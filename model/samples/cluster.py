@@ -12,7 +12,7 @@ import threading
 import warnings
 from collections import deque
 from collections.abc import Callable
-from dataclasses import fields
+from dataclasses import asdict, fields
 from queue import Empty, SimpleQueue
 from time import monotonic
 from typing import Any
@@ -52,7 +52,7 @@ def render_store_on_cluster(
         data = {f.name: getattr(volume, f.name) for f in fields(volume)}
         data = {name: value for name, value in data.items() if name not in ("file", "stored")}
         sent = client.submit(dict, data, pure=False)
-        order = volume.fingerprint, store.scene.to_json(), store.seed
+        order = volume.fingerprint, asdict(store.scene), store.seed
         render, served = block_renderer(), monotonic()
         while waiting or running:
             threads = sum(client.nthreads().values())

@@ -16,7 +16,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterator
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -326,9 +326,7 @@ def _create_store(path: Path, scene: Scene, seed: int) -> None:
     what = f"{path}: the data set cannot be written"
     with os_errors_as(DatasetError, what, "choose another place"):
         root = zarr.open_group(partial, mode="w")
-        root.attrs.update(
-            {"tfscope_dataset": FORMAT_VERSION, "seed": seed, "scene": scene.to_json()}
-        )
+        root.attrs.update({"tfscope_dataset": FORMAT_VERSION, "seed": seed, "scene": asdict(scene)})
         for split in SPLITS:
             group = root.create_group(split)
             for name, (shape, chunks, dtype) in _arrays(scene, 0).items():

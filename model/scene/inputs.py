@@ -183,11 +183,9 @@ INPUT_FIELDS: tuple[InputField, ...] = (
 """Inputs that models are trained with, in drawing order; `view` is the first condition."""
 
 CHOSEN = {
-    "crop": "a crop box",
-    "clip": "a clipping plane",
-    "interpolates": "another interpolation",
+    "crop": "a crop box", "clip": "a clipping plane", "interpolates": "another interpolation",
     "mask": "a mask",
-}
+}  # fmt: skip
 """Inputs that only users choose, and what they are called: models know none but None."""
 
 

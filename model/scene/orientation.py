@@ -11,7 +11,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from model.errors import ViewError
+from model.errors import TfscopeError
 from model.scene.crop import CropBox
 from model.scene.region import SQUARE, Reach
 from model.scene.view import (
@@ -65,13 +65,9 @@ def _outlined_area(places: NDArray[np.float64]) -> float:
 
 
 STANDARD_VIEWS = {
-    "Front": (0.0, 0.0),
-    "Back": (180.0, 0.0),
-    "Left": (270.0, 0.0),
-    "Right": (90.0, 0.0),
-    "Top": (0.0, 90.0),
-    "Bottom": (0.0, -90.0),
-}
+    "Front": (0.0, 0.0), "Back": (180.0, 0.0), "Left": (270.0, 0.0), "Right": (90.0, 0.0),
+    "Top": (0.0, 90.0), "Bottom": (0.0, -90.0),
+}  # fmt: skip
 """Azimuth and elevation of each view; left and right are the viewer's."""
 
 NEAREST_HOME, FARTHEST_HOME = 0.4, 1.0  # limits of home views that generators are trained for
@@ -226,9 +222,9 @@ def _in_radii(points: NDArray[np.float64], proportions: Triple) -> NDArray[np.fl
 
 
 def standard_view(name: str, view: View, up: str, *, front: str = "") -> View:
-    """Turn a view to one of :data:`STANDARD_VIEWS`, in the middle; others are a `ViewError`."""
+    """Turn a view to one of :data:`STANDARD_VIEWS`, in the middle; others are a `TfscopeError`."""
     if name not in STANDARD_VIEWS:
-        raise ViewError(f"'{name}' is not a view; give one of {', '.join(STANDARD_VIEWS)}.")
+        raise TfscopeError(f"'{name}' is not a view; give one of {', '.join(STANDARD_VIEWS)}.")
     azimuth, elevation = STANDARD_VIEWS[name]
     return view_in(up, azimuth, elevation, 0.0, replace(view, pan_x=0.0, pan_y=0.0), front=front)
 

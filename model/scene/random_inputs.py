@@ -24,16 +24,9 @@ OpacityKind = Literal[
 """Shape of an opacity TF."""
 
 SHARES: dict[OpacityKind, float] = {
-    "modes": 0.4,
-    "ramp": 0.08,
-    "plateau": 0.1,
-    "step": 0.08,
-    "band": 0.12,
-    "curve": 0.12,
-    "constant": 0.05,
-    "nearly empty": 0.03,
-    "empty": 0.02,
-}
+    "modes": 0.4, "ramp": 0.08, "plateau": 0.1, "step": 0.08, "band": 0.12, "curve": 0.12,
+    "constant": 0.05, "nearly empty": 0.03, "empty": 0.02,
+}  # fmt: skip
 """Frequencies of the kinds in the family "drawn"."""
 
 MAX_MODES = 5
@@ -179,13 +172,9 @@ def _edge(scene: Scene) -> float:
 
 
 _POINTS: dict[OpacityKind, Callable[[np.random.Generator, Scene], Points]] = {
-    "ramp": _ramp,
-    "plateau": partial(_ramp, least=0.01),
-    "step": partial(_ramp, ends=1),
-    "band": _band,
-    "curve": _curve,
-    "constant": _constant,
-}
+    "ramp": _ramp, "plateau": partial(_ramp, least=0.01), "step": partial(_ramp, ends=1),
+    "band": _band, "curve": _curve, "constant": _constant,
+}  # fmt: skip
 
 
 def draw_view(rng: np.random.Generator, view_range: ViewRange) -> View:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from typing import Any, Literal, get_args
 
 from model.errors import TfscopeError
@@ -219,13 +219,9 @@ class Scene:
             scale=volume.scale,
         )
 
-    def to_json(self) -> dict[str, Any]:
-        """Return the scene as plain data."""
-        return asdict(self)
-
     @classmethod
     def from_json(cls, data: Any) -> Scene:
-        """Rebuild a scene from :meth:`to_json`'s data; raise :class:`TfscopeError` for other."""
+        """Rebuild a scene from plain data; raise :class:`TfscopeError` where that is malformed."""
         try:
             return build(cls, data, exact=True)
         except MalformedError as error:

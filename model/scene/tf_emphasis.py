@@ -18,13 +18,9 @@ from model.scene.transfer_function import (
 )
 
 STRIKING_COLORS = (
-    (0.90, 0.62, 0.00),
-    (0.34, 0.71, 0.91),
-    (0.00, 0.62, 0.45),
-    (0.94, 0.89, 0.26),
-    (0.84, 0.37, 0.00),
-    (0.80, 0.47, 0.65),
-)
+    (0.90, 0.62, 0.00), (0.34, 0.71, 0.91), (0.00, 0.62, 0.45), (0.94, 0.89, 0.26),
+    (0.84, 0.37, 0.00), (0.80, 0.47, 0.65),
+)  # fmt: skip
 """Colours to choose from for a mode that is to stand out, all safe for the colour-blind."""
 
 STEP = 2.0  # factor of the opacity by `raise_value`, and divisor by `lower_value`

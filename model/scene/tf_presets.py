@@ -232,15 +232,10 @@ def _tf(
 
 
 COLOR_MAPS: dict[str, str] = {
-    "Viridis": "bids:viridis",
-    "Magma": "bids:magma",
-    "Inferno": "bids:inferno",
-    "Plasma": "bids:plasma",
-    "Cividis": "cividis:cividis",
-    "Batlow": "crameri:batlow",
-    "Grey": "matlab:gray",
-    "Blue, white, red (diverging)": "matplotlib:coolwarm",
-}
+    "Viridis": "bids:viridis", "Magma": "bids:magma", "Inferno": "bids:inferno",
+    "Plasma": "bids:plasma", "Cividis": "cividis:cividis", "Batlow": "crameri:batlow",
+    "Grey": "matlab:gray", "Blue, white, red (diverging)": "matplotlib:coolwarm",
+}  # fmt: skip
 """Names of colour maps in `cmap`, by the names that users see."""
 
 MAP_STOPS = 9  # number of stops of a colour TF made from a map: as many as a user can move

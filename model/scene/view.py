@@ -14,7 +14,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from model.errors import ViewError
+from model.errors import TfscopeError
 from model.scene.volume import Triple
 
 AXES = ("+x", "-x", "+y", "-y", "+z", "-z")  # names of a volume's axes, with their sign
@@ -29,9 +29,9 @@ def axis_labelled(label: str, labels: tuple[str, ...]) -> str:
 
 
 def axis_direction(axis: str) -> NDArray[np.float64]:
-    """Unit vector (3,) of an axis such as ``"-y"``; others than :data:`AXES` are a `ViewError`."""
+    """Unit vector (3,) of one of :data:`AXES`; other names are a :class:`TfscopeError`."""
     if axis not in AXES:
-        raise ViewError(f"'{axis}' is not an axis; give one of {', '.join(AXES)}.")
+        raise TfscopeError(f"'{axis}' is not an axis; give one of {', '.join(AXES)}.")
     direction = np.zeros(3)
     direction["xyz".index(axis[1])] = 1.0 if axis[0] == "+" else -1.0
     return direction
@@ -85,9 +85,9 @@ class ViewRange:
         for name in ("max_elevation", "max_roll", "nearest", "farthest"):
             value = getattr(self, name)
             if not (isinstance(value, int | float) and math.isfinite(value) and value > 0):
-                raise ViewError(f"The view range's {name} is {value!r}; give a number above 0.")
+                raise TfscopeError(f"The view range's {name} is {value!r}; give a number above 0.")
         if self.max_elevation > 90 or self.nearest >= self.farthest:
-            raise ViewError(
+            raise TfscopeError(
                 "The view range must end at an elevation of at most 90 degrees, "
                 "and its nearest distance must be smaller than its farthest."
             )
@@ -98,8 +98,8 @@ class View:
     """Position and roll of a camera that looks at the volume's centre.
 
     At azimuth 0 and elevation 0 the camera is on the negative y axis with z up (for a CT in patient
-    coordinates, it faces the patient). Raises :class:`ViewError` for values that are not finite or
-    out of range.
+    coordinates, it faces the patient). Raises :class:`TfscopeError` for values that are not finite
+    or out of range.
     """
 
     tangent: ClassVar[float] = math.tan(math.radians(VIEW_ANGLE / 2))  # of half the view angle
@@ -122,13 +122,13 @@ class View:
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
             if not math.isfinite(value):
-                raise ViewError(f"The view's {name} is {value}; give a finite number.")
+                raise TfscopeError(f"The view's {name} is {value}; give a finite number.")
         if not -90.0 <= self.elevation <= 90.0:
-            raise ViewError(
+            raise TfscopeError(
                 f"The view's elevation is {self.elevation:g}; give degrees from -90 to 90."
             )
         if self.distance <= 0.0:
-            raise ViewError(
+            raise TfscopeError(
                 f"The view's distance is {self.distance:g}; give a number above 0 "
                 "(1 has the whole volume in view)."
             )
@@ -137,7 +137,7 @@ class View:
     def parse(cls, text: str) -> View:
         """Parse ``"AZ,EL,ROLL,DIST,X,Y"``; trailing numbers may be left out for their defaults.
 
-        The word ``orthographic`` may follow. Raises :class:`ViewError` for anything else.
+        The word ``orthographic`` may follow. Raises :class:`TfscopeError` for anything else.
         """
         parts = [part.strip() for part in text.split(",")]
         is_orthographic = parts[-1] == ORTHOGRAPHIC
@@ -146,7 +146,7 @@ class View:
         except ValueError:
             numbers = []
         if not 1 <= len(numbers) < len(fields(cls)):
-            raise ViewError(
+            raise TfscopeError(
                 f"'{text}' is not a view; give azimuth,elevation,roll,distance "
                 "and, to move the picture off the centre, x,y: for example 30,20,0,1; "
                 f"or 30,20,0,1,{ORTHOGRAPHIC}."

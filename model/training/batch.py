@@ -50,17 +50,18 @@ class EncodedBatch:
 def encode_batch(
     batch: SampleBatch, scene: Scene, opacity_size: int, device: torch.device = CPU
 ) -> EncodedBatch:
-    """Encode stored samples, on the device that is to learn from them.
+    """Encode stored samples on the device that trains.
 
     The opacity image is the image's opacity, averaged over blocks to `opacity_size` pixels.
+
     """
     if batch.encoded:
         inputs = EncodedInputs.encoded(batch.encoded)
     else:
         inputs = EncodedInputs.stored(batch.inputs, scene)
-    # As bytes: a quarter of what the numbers would be.
+    # As bytes: a quarter of the size.
     rgba = torch.from_numpy(np.ascontiguousarray(batch.rgba)).to(device)
-    # Left in the order of the pixels, channels last: to turn them over takes longer.
+    # Channels stay last: permuting them takes longer.
     parts = rgba[..., :3], rgba[..., 3:]
     color, opacity = (part.float().div_(127.5).sub_(1) for part in parts)
     return EncodedBatch(

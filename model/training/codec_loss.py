@@ -1,8 +1,7 @@
 """Loss of the opacity TF codec: differences of decoded TFs from encoded ones.
 
-Trained on reconstruction alone, the codec folds TFs ever more finely into the code, until a small
-edit of a TF changes the decoded TF arbitrarily; images improve, but their derivatives get worse.
-The loss therefore also covers edits of TFs.
+With a loss on reconstruction alone, small edits of a TF come to change the decoded TF arbitrarily:
+images improve, but their derivatives get worse. So the loss includes edits of TFs.
 """
 
 from __future__ import annotations
@@ -59,7 +58,7 @@ class CodecLoss:
         return error + options.tf_edit_weight * missed
 
     def prepare(self, step: int, device: torch.device) -> None:
-        """Put a step's random TFs where the step before had its own, for recorded passes."""
+        """Replace the random TFs by those of a step, in place, for recorded passes."""
         if not self._options.unrendered_tfs:
             return
         drawn = torch.from_numpy(self._draw(step))

@@ -44,8 +44,8 @@ class HoldoutProbe:
     def measure(self, generator: GeneratorNetwork, sheet: Path) -> dict[str, float]:
         """Measure a generator and write a PNG sheet of images of the first samples.
 
-        The figures are mean RMSEs of opacity TFs, opacity images and images, at the size that the
-        generator draws, and the indicators checked by :class:`CollapseGuard`.
+        Returns mean RMSEs of opacity TFs, opacity images and images, at the generator's image size,
+        and the indicators that :class:`CollapseGuard` checks.
         """
         image, opacity, tf, latent = self._render(generator)
         real = adaptive_avg_pool2d(self.batch.image, image.shape[-1])
@@ -134,7 +134,7 @@ def _pixels(images: torch.Tensor) -> np.ndarray[Any, np.dtype[np.float32]]:
 
 
 def _save_sheet(path: Path, rows: list[np.ndarray[Any, np.dtype[np.float32]]]) -> None:
-    """Write rows of images below one another, all enlarged to the size of the largest."""
+    """Write rows of images, all enlarged to the size of the largest."""
     side = max(row.shape[1] for row in rows)
     enlarged = []
     for row in rows:
@@ -151,10 +151,10 @@ LEAST_SPREAD = 1e-4  # largest deviation of a latent number below which all code
 PATIENCE = 2  # number of consecutive collapsed measurements that end a run
 
 WARM_UP = 600
-"""Number of steps of a stage before which measurements are not checked. All codes start equal, and
-a codec of full width has an effective rank of 1.0 up to step 400; by step 600 it is above 2."""
+"""Steps of a stage before measurements are checked. All codes start nearly equal: a codec of full
+width has an effective rank of 1.0 up to step 400, and above 2 from step 600."""
 
-LATEST_START = 3000  # steps after which what never differed counts as collapsed
+LATEST_START = 3000  # steps after which codes or images that never differed count as collapsed
 
 
 class Trouble(NamedTuple):
@@ -184,7 +184,7 @@ class CollapseGuard:
     def check_measurement(
         self, stage: Stage, metrics: dict[str, float], steps: int, last: bool = False
     ) -> Trouble | None:
-        """Return the collapse that lasted :data:`PATIENCE` measurements, or one at the end."""
+        """Return a collapse over :data:`PATIENCE` measurements, or in the last one."""
         checked = {"codes": _equal_codes(metrics), "images": _alike(stage, metrics)}
         found = None
         for what, trouble in checked.items() if steps >= WARM_UP else ():
@@ -244,7 +244,7 @@ def _slower(stage: Stage) -> str:
     return f"{stage.name}.learning_rate={stage.stage.learning_rate / 4:g}"
 
 
-NORM_SAMPLES = 64  # training samples; more made no difference, as each has many pixels
+NORM_SAMPLES = 64  # training samples; more made no difference
 
 NORM_BATCH = 16
 
@@ -252,8 +252,8 @@ NORM_BATCH = 16
 class BatchNormRecalibration:
     """Recomputes a generator's batch-norm statistics on a fixed set of training samples.
 
-    While weights fluctuate about their average, outputs vary more than the averaged network's do:
-    averaged statistics would scale these down too far.
+    Outputs vary less with averaged weights than during training, so averaged statistics would scale
+    them down too far.
     """
 
     def __init__(self, source: SampleSource, size: NetworkSize, device: torch.device) -> None:
@@ -264,6 +264,6 @@ class BatchNormRecalibration:
     def of(self, generator: GeneratorNetwork) -> GeneratorNetwork:
         """Return a recalibrated copy of a generator, in evaluation mode."""
         own = copy.deepcopy(generator)
-        # It takes the first of what a batch is.
+        # It uses the first item of each batch.
         update_bn([[batch.inputs] for batch in self._batches], own)
         return own.eval()

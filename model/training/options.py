@@ -1,4 +1,4 @@
-"""A training job: plain data that says all about a run, and its recipe."""
+"""A training job: all options of a run, as plain data, and its recipe."""
 
 from __future__ import annotations
 
@@ -47,9 +47,9 @@ class StageOptions:
 
 @dataclass(frozen=True)
 class TrainingOptions:
-    """The training recipe. Defaults are those that measured best; see also :meth:`faithful`.
+    """The training recipe. Defaults gave the smallest errors; see also :meth:`faithful`.
 
-    What is not in the paper is 0 there, and can be 0 here.
+    Additions to the paper can be switched off by 0.
     """
 
     # The paper's runs make 30 passes over 200,000 samples. Runs of an hour are far shorter and
@@ -93,8 +93,8 @@ class TrainingOptions:
     # image's size, by `small`, before those of their own size. The first need a fifth of the time,
     # and teach nearly all.
     small_time_share: float = 0.5
-    # Fraction of the samples whose rendered opacity image the translation is given when both are
-    # trained at once; otherwise the generated one, which it is given when it is used.
+    # Fraction of the samples for which the translation gets the rendered opacity image when both
+    # are trained at once. For the others it gets the generated one, as in use.
     true_opacity_share: float = 0.0
     # Weight of the l1 distance between the discriminator's features of generated and rendered
     # colour images (Salimans et al. 2016), once it has joined.
@@ -146,7 +146,7 @@ class TrainingOptions:
 
     def with_settings(self, settings: Sequence[str]) -> TrainingOptions:
         """Return the options with some of them changed, by settings like "joint.batch_size=8"."""
-        data = self.to_json()
+        data = asdict(self)
         for setting in settings:
             name, _, text = setting.partition("=")
             *stage, last = name.strip().split(".")
@@ -156,16 +156,7 @@ class TrainingOptions:
                 )
             place = data[stage[0]] if stage else data
             place[last] = _like(place[last], setting, text.strip())
-        return TrainingOptions.from_json(data)
-
-    def to_json(self) -> dict[str, Any]:
-        """Return the options as plain data."""
-        return asdict(self)
-
-    @classmethod
-    def from_json(cls, data: dict[str, Any]) -> TrainingOptions:
-        """Rebuild options from :meth:`to_json`'s data."""
-        return build(cls, data)
+        return build(TrainingOptions, data)
 
 
 @dataclass(frozen=True)
@@ -228,7 +219,7 @@ def samples_of_epochs(epochs: float, images: int, options: TrainingOptions) -> i
 
 
 def halvings_of_epochs(epochs: float) -> tuple[str, ...]:
-    """Return the settings by which rates halve as often as in the paper, in so many passes."""
+    """Return settings that halve the rates as often as in the paper, in so many passes."""
     return tuple(f"{stage}.halvings={epochs / every:g}" for stage, every in _HALVED_EVERY.items())
 
 
@@ -297,7 +288,7 @@ class TrainingJob:
                 f"{self.out}: training would write over the model that it starts from; "
                 "choose another folder."
             )
-        # What is wrong with either had better be said before anything is read.
+        # Wrong budgets and options are refused before anything is read.
         _ = self.budget, self.options
         if self.color_attention and self.faithful:
             raise TrainingError(
@@ -326,7 +317,7 @@ class TrainingJob:
         return Budget(self.minutes, self.samples)
 
     def scene_of(self, volume: Volume) -> Scene:
-        """Scene in which a volume is learned whose samples are made meanwhile."""
+        """Scene of samples that are rendered during training."""
         size, light = self.size.image_size, self.lighting
         choices = self.movable_light, self.tf_family, self.up
         return Scene.of(volume, size, light, self.window, "raycast", *choices)

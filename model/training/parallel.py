@@ -1,8 +1,8 @@
 """Data-parallel training of one generator by several processes started by ``torchrun``.
 
-Each rank renders its own samples and has its own networks; gradients are averaged before every
-step, so that the weights stay equal. The first rank decides, measures and writes. Without a process
-group there is one rank, and these functions have no effect.
+Each rank renders its own samples and has its own networks. Gradients are averaged before every
+step, so the weights stay equal. The first rank decides, measures and writes. Without a process
+group there is one rank, and these functions do nothing.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from torch import distributed, nn
 
 Value = TypeVar("Value")
 
-MAX_STAGES = 16  # upper limit of a run's stages; ranks number their sample streams beyond it
+MAX_STAGES = 16  # upper limit of a run's stages, to number the sample streams of ranks
 
 
 @contextmanager

@@ -1,7 +1,7 @@
 """Training of the network behind the denoiser, by distances from pictures of many samples.
 
-What is learned has noise of its own, which is independent of the input's: on average it moves
-nothing, so that a picture of 64 samples teaches as much as an exact one.
+The target's noise is independent of the input's and averages out, so a picture of 64 samples
+teaches as much as an exact one.
 """
 
 from __future__ import annotations
@@ -28,14 +28,14 @@ from model.networks.path_light_network import (
 from model.samples.path_light_pairs import FEW, Pairs
 from model.training.stage import EMA
 
-SHARES = (0.5, 0.25, 0.25)  # of the numbers of samples in `FEW` among what is learned
+SHARES = (0.5, 0.25, 0.25)  # shares of the numbers of samples in `FEW`
 CUT = 96  # width and height of the parts of pictures that are learned, in pixels
 REPORT_STEPS = 500  # steps between two reports
 
 
 @dataclass(frozen=True)
 class PathLightOptions:
-    """Options of training the network, for so many minutes, those of earlier runs included."""
+    """Options of training the network; the minutes include those of earlier runs."""
 
     minutes: float
     size: PathLightSize = field(default_factory=PathLightSize)
@@ -61,9 +61,10 @@ class PathLightErrors:
 
 
 class PathLightTrainer:
-    """Trains the network on pairs by volume, drawn equally often, from where a checkpoint stopped.
+    """Trains the network on pairs, drawn equally often from each volume.
 
     `start` has the first weights; `steps` and `seconds` include those of earlier runs.
+
     """
 
     def __init__(
@@ -85,12 +86,8 @@ class PathLightTrainer:
         self._average = EMA(self._network, options.averaging)
         self._optimizer = torch.optim.Adam(self._network.parameters(), options.learning_rate)
         self.steps, self.seconds = 0, 0.0
-        average, optimizer = self._average.network, self._optimizer
-        self._parts: dict[str, Any] = {
-            "network": self._network,
-            "average": average,
-            "optimizer": optimizer,
-        }
+        self._parts: dict[str, Any] = {"network": self._network, "optimizer": self._optimizer}
+        self._parts["average"] = self._average.network
 
     @property
     def network(self) -> PathLightNetwork:
@@ -150,11 +147,11 @@ class PathLightTrainer:
         cosine = 0.5 + 0.5 * math.cos(math.pi * self._part)
         rate = options.learning_rate * (0.01 + 0.99 * cosine)
         for group in self._optimizer.param_groups:
-            # The first steps are smaller, before Adam knows how long they should be.
+            # The first steps are small, until Adam has estimated the moments.
             group["lr"] = rate * min(1.0, (self.steps + 1) / 100)
         inputs, exact = self._batch(rng)
         found = self._network(inputs)
-        # Root mean squares, averaged over pictures: dark ones count as bright ones do.
+        # Root mean squares per picture, so that dark pictures count as much as bright ones.
         loss = (found - exact).square().mean((1, 2, 3)).add(1e-6).sqrt().mean()
         self._optimizer.zero_grad(set_to_none=True)
         loss.backward()
@@ -215,7 +212,7 @@ def path_light_errors(
 def described(
     options: PathLightOptions, trainer: PathLightTrainer, pairs: int
 ) -> dict[str, object]:
-    """Return what a card says of a training."""
+    """Return a training's facts for the card."""
     return {
         **asdict(options),
         "pairs": pairs,
@@ -229,7 +226,7 @@ def _tensors(pairs: Pairs) -> dict[str, Tensor]:
 
 
 def _input(arrays: dict[str, Tensor], part: slice, which: int) -> tuple[Tensor, Tensor]:
-    """Return the network's input of some pairs after `FEW[which]` samples, and what is right."""
+    """Return the network's input of some pairs after `FEW[which]` samples, and the target."""
     colors = {name: arrays[name][part].float() for name in ("unlit", "soft")}
     colors |= {name: arrays[name][part, which].float() for name in ("denoised", "traced")}
     inputs = network_inputs(colors, arrays["opacity"][part].float(), FEW[which])

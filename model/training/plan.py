@@ -45,12 +45,12 @@ class TrainingPlan:
     interval: float = 60.0  # seconds between two checkpoints
 
     def recipe(self) -> dict[str, Any]:
-        """Return all settings that must not change when a run is resumed, as plain data."""
+        """Return the settings that a resumed run must keep, as plain data."""
         return {
             "preset": self.preset,
             "size": asdict(self.size),
             **self.source.recipe(),
-            "options": self.options.to_json(),
+            "options": asdict(self.options),
             **({} if self.start is None else {"start": self.start.digest}),
         }
 
@@ -66,7 +66,7 @@ class TrainingPlan:
 
 
 def check_image_size(size: NetworkSize, scene: Scene) -> None:
-    """Raise :class:`model.errors.TrainingError` unless networks draw as large as samples are."""
+    """Raise :class:`model.errors.TrainingError` unless networks and samples have one image size."""
     if size.image_size == scene.image_size:
         return
     fitting = [name for name, other in PRESETS.items() if other.image_size == scene.image_size]
@@ -107,7 +107,7 @@ def _differences(asked: dict[str, Any], found: dict[str, Any], path: str = "") -
 
 @dataclass(frozen=True)
 class WarmStart:
-    """A trained model to start from; its weights, and so the digest, must not change in a run."""
+    """A trained model to start from; a resumed run needs the same digest."""
 
     digest: str
     card: ModelCard
@@ -119,7 +119,7 @@ class WarmStart:
         return cls(weights_digest(folder), *load_model(folder))
 
     def check(self, size: NetworkSize, scene: Scene) -> None:
-        """Refuse a model of another network size or scene; it may have learned smaller images."""
+        """Refuse a model of another network size or scene; only its images may be smaller."""
         own = self.card.size
         if own.image_size < size.image_size:
             own = replace(own, image_size=size.image_size)
@@ -137,17 +137,17 @@ class WarmStart:
 def _built_for(scene: Scene) -> dict[str, Any]:
     """Scene properties that networks depend on, besides the image size."""
     properties = {name: getattr(scene, name) for name in ("proportions", "view_range", "lighting")}
-    # Networks take in as many numbers as images depend on; a movable light adds some.
+    # A movable light adds inputs to the networks.
     return {**properties, "movable light": scene.light_range is not None}
 
 
 NAME = "training precision"
 
-TURNS = 4  # steps of each precision that are timed, after a first one that prepares what stays
+TURNS = 4  # timed steps of each precision, after one for preparation
 
 EMULATED = 2.0
-"""Ratio of the times from which on it needs no second look: emulated, bfloat16 takes ten times as
-long, and a busy machine makes a step half as long again."""
+"""Ratio of times that decides at once: emulated bfloat16 takes ten times as long, and a busy
+machine makes a step at most half as long again."""
 
 IMAGES = 4
 
@@ -170,7 +170,7 @@ def bfloat16_is_faster() -> bool:
     running = step_seconds("bfloat16"), step_seconds("float32")
     for steps in running:
         next(steps)
-    # In turn, so that other load affects both alike; it makes steps longer, never shorter.
+    # Alternating, so that other load affects both; the minimum is least affected.
     bfloat16, float32 = math.inf, math.inf
     for _ in range(TURNS):
         bfloat16, float32 = min(bfloat16, next(running[0])), min(float32, next(running[1]))

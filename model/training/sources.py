@@ -1,19 +1,18 @@
 """Sources of training samples: stored data sets, and samples rendered while training.
 
-Sample i of the split is rendered once, used about `reuse` times while it is among the newest, and
-discarded. The window that a batch is drawn from depends on the batch's number only, so that runs
-resume exactly; training waits if rendering falls behind.
+Each sample is rendered once, used about `reuse` times while it is among the newest, and discarded.
+The samples of a batch depend on its number only, so that runs resume exactly; training waits if
+rendering is too slow.
 """
 
 from __future__ import annotations
 
 import threading
 import time
-from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import ExitStack, closing
-from dataclasses import replace
+from dataclasses import asdict, replace
 from functools import partial
 from typing import Any
 
@@ -40,41 +39,7 @@ from model.scene.volume import Volume
 LEAST_HOLDOUT = 4  # samples, to detect a collapse of codes or images
 
 
-class SampleSource(ABC):
-    """An endless stream of one scene's samples for training, and those that are held out."""
-
-    scene: Scene
-    seed: int
-
-    @abstractmethod
-    def first(self, split: Split, count: int) -> SampleBatch:
-        """Return the first samples of a split, at most `count`; the same in every run."""
-
-    @abstractmethod
-    def batches(
-        self, stage: int, batch_size: int, seed: int, done: int, image_size: int | None = None
-    ) -> Iterator[SampleBatch]:
-        """Yield batches of random training samples endlessly; equal arguments give equal batches.
-
-        Each stage, from 0, has batches of its own. The first `done`, used before, are skipped.
-        """
-
-    def check(self, batch_size: int) -> None:  # noqa: B027
-        """Raise :class:`model.errors.DatasetError` if there are too few samples."""
-
-    def recipe(self) -> dict[str, Any]:
-        """Return all properties that must not change when a run is resumed, as plain data."""
-        return {"scene": self.scene.to_json(), "dataset_seed": self.seed}
-
-    @abstractmethod
-    def summary(self) -> dict[str, Any]:
-        """Return a description of the samples for the model's card, as plain data."""
-
-    def close(self) -> None:  # noqa: B027
-        """Release threads and other resources."""
-
-
-class StoredSource(SampleSource):
+class StoredSource:
     """Samples of a store on disk, in repeated passes in random order."""
 
     def __init__(self, store: SampleStore) -> None:
@@ -83,13 +48,17 @@ class StoredSource(SampleSource):
         self.seed = store.seed
 
     def first(self, split: Split, count: int) -> SampleBatch:
-        """See :class:`SampleSource`."""
+        """Return the first samples of a split, at most `count`; the same in every run."""
         return self.store.read(split, range(min(count, self.store.count(split))))
 
     def batches(
         self, stage: int, batch_size: int, seed: int, done: int, image_size: int | None = None
     ) -> Iterator[SampleBatch]:
-        """Yield batches of random samples, each sample once per pass."""
+        """Yield batches of random samples endlessly, each sample once per pass.
+
+        Equal arguments give equal batches. Each stage, from 0, has its own; the first `done` are
+        skipped.
+        """
         batches = self.store.shuffled("train", [seed, stage], batch_size, skip=done)
         if image_size in (None, self.scene.image_size):
             return batches
@@ -106,12 +75,15 @@ class StoredSource(SampleSource):
         self.store.require_complete()
 
     def recipe(self) -> dict[str, Any]:
-        """Include the number of samples: in a data set that has grown, all batches differ."""
-        return {**super().recipe(), "samples_stored": self.store.count("train")}
+        """Return what must not change in a resumed run: in a larger data set, batches differ."""
+        return _facts(self) | {"samples_stored": self.store.count("train")}
 
     def summary(self) -> dict[str, Any]:
-        """Return the number of training samples and their seed."""
+        """Return the number of training samples and their seed, for the model's card."""
         return {"samples_stored": self.store.count("train"), "dataset_seed": self.seed}
+
+    def close(self) -> None:
+        """Do nothing: reading needs no threads."""
 
 
 def reduced(samples: SampleBatch, image_size: int) -> SampleBatch:
@@ -130,15 +102,15 @@ FIRST_SAMPLES = 512  # number of samples rendered before the first batch
 RING_BYTES = 512 << 20
 RING_SAMPLES = 8192  # largest number of samples in the ring
 PROCESS_RINGS = 4  # times the ring's limits on machines that render in processes
-AHEAD_BLOCKS = 8  # rendered ahead at most; two for each thread or process at least
-STAGE_SAMPLES = 1 << 40  # between the sample indices of stages, which share no samples
+AHEAD_BLOCKS = 8  # rendered ahead; at least two for each thread or process
+STAGE_SAMPLES = 1 << 40  # distance between the sample indices of stages, which share no samples
 
 
-class StreamSource(SampleSource):
+class StreamSource:
     """Samples rendered in the background during training, by threads or by processes.
 
-    Threads share the interpreter's lock with the training, which on a GPU holds it nearly always.
-    Each sample is used `reuse` times on average.
+    Each sample is used `reuse` times on average. Threads share the interpreter's lock with the
+    training, which on a GPU holds it nearly always.
     """
 
     def __init__(
@@ -174,7 +146,7 @@ class StreamSource(SampleSource):
     def batches(
         self, stage: int, batch_size: int, seed: int, done: int, image_size: int | None = None
     ) -> Iterator[SampleBatch]:
-        """Yield batches of random samples among the newest, endlessly."""
+        """Yield batches of random samples among the newest; see :class:`StoredSource`."""
         self.close()
         fresh = batch_size / self.reuse
         first = max(FIRST_SAMPLES, batch_size)
@@ -203,12 +175,15 @@ class StreamSource(SampleSource):
             if pool is not None:
                 pool.shutdown(wait=False, cancel_futures=True)
 
+    def check(self, batch_size: int) -> None:
+        """Do nothing: there are always enough samples."""
+
     def recipe(self) -> dict[str, Any]:
-        """Return all properties that must not change when a run is resumed, as plain data."""
-        return super().recipe() | {"reuse": self.reuse, "ring_samples": self._capacity}
+        """Return what must not change when a run is resumed, as plain data."""
+        return _facts(self) | {"reuse": self.reuse, "ring_samples": self._capacity}
 
     def summary(self) -> dict[str, Any]:
-        """Return seed, reuse and rendering time of the samples."""
+        """Return seed, reuse and rendering time of the samples, for the model's card."""
         return {
             "dataset_seed": self.seed,
             "reuse": self.reuse,
@@ -240,13 +215,20 @@ class StreamSource(SampleSource):
             ring.fail(error)
 
 
+SampleSource = StoredSource | StreamSource
+
+
+def _facts(source: SampleSource) -> dict[str, Any]:
+    return {"scene": asdict(source.scene), "dataset_seed": source.seed}
+
+
 def _timed(
     renderer: Renderer, scene: Scene, seed: int, indices: range
 ) -> tuple[SampleBatch, float]:
-    """Training samples, and the processor time that this thread took for them."""
+    """Return training samples, and the CPU time that they took."""
     start = time.thread_time()
     samples = render_samples(renderer, scene, seed, "train", indices)
-    # Once, and not each time that a sample is learned from.
+    # Encoded once, not at each use.
     samples = replace(samples, encoded=encode_inputs(samples.inputs, scene))
     return samples, time.thread_time() - start
 
@@ -263,7 +245,7 @@ def _from_worker(
 
 
 class _Ring:
-    """Ring buffer of the newest samples, written by rendering threads, read by the trainer."""
+    """Ring buffer of the newest samples, from rendering threads to the trainer."""
 
     def __init__(self, capacity: int, offset: int, first: int, ahead: int) -> None:
         self._ahead = ahead * BLOCK
@@ -280,7 +262,7 @@ class _Ring:
         self._closed = False
 
     def wait_for(self, newest: int) -> None:
-        """Wait until all samples below `newest` are rendered, and allow further ones."""
+        """Wait until all samples below `newest` are rendered, and allow more."""
         with self._changed:
             self._wanted = newest
             self._changed.notify_all()

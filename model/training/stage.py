@@ -30,7 +30,7 @@ from model.training.parallel import average_gradients, ranks
 
 
 class EMA(Generic[Network]):
-    """Exponential moving average (EMA) of a network, used for evaluation and saved models."""
+    """Exponential moving average (EMA) of a network, for evaluation and saved models."""
 
     def __init__(self, network: Network, decay: float) -> None:
         self.network = copy.deepcopy(network).eval().requires_grad_(False)
@@ -60,7 +60,7 @@ def adversarial(logits: Tensor, target: float) -> Tensor:
 
 @dataclass(frozen=True)
 class StepResult:
-    """Unweighted losses by name, and the norm of the gradient; not finite, nothing was updated."""
+    """Unweighted losses by name, and the gradient's norm; unless finite, nothing was updated."""
 
     losses: Losses
     gradient: float
@@ -79,12 +79,11 @@ class Setup:
 
 
 class Stage(ABC):
-    """Training of a generator, by losses and, if there is one, against a discriminator.
+    """Training of a generator, by losses and possibly against a discriminator.
 
-    Subclasses define the generated image, the networks' inputs and the generator's losses besides
-    the adversarial one. Each batch is split into `parts`, accumulating gradients; more than 1 after
-    memory has run out. Where `recorded`, as on a GPU, steps without a discriminator are one CUDA
-    graph: to start each of thousands of small kernels from Python takes longer than they do.
+    Each batch is split into `parts` whose gradients add up; there is one part until memory runs
+    out. On a GPU, steps without a discriminator are `recorded` as one CUDA graph, because Python
+    takes longer to start thousands of small kernels than they take to run.
     """
 
     name: str  # also of the stage's options in the recipe
@@ -137,7 +136,7 @@ class Stage(ABC):
                 self._split(batch, error)
 
     def _step(self, batch: EncodedBatch, adversaries: bool, judged: Losses) -> StepResult:
-        """Attempt a step; `judged` keeps the discriminator's loss, so that it learns only once."""
+        """Attempt a step; `judged` keeps the discriminator's loss: it learns once per batch."""
         self._prepare()
         if self.recorded and not adversaries and self.parts == 1 and ranks() == 1:
             return self._recorded_step(batch)
@@ -184,23 +183,23 @@ class Stage(ABC):
         return StepResult(dict(zip(self._names, losses, strict=True)), gradient)
 
     def _pass(self, batch: EncodedBatch) -> Tensor:
-        """Learn from a batch on the device alone; return losses and the gradient's norm."""
+        """Learn from a batch without the CPU; return losses and the gradient's norm."""
         self.generator_optimizer.zero_grad(set_to_none=True)
         losses = self._learn(batch, 1.0, False, None)
         gradient = clip_grad_norm_(self.generator.parameters(), math.inf)
-        # What the fused optimizer skips its step by.
+        # The fused optimizer skips its step if this is 1.
         self.generator_optimizer.found_inf = (~gradient.isfinite()).float()  # type: ignore[attr-defined]
         self.generator_optimizer.step()
         self._names = list(losses)
         return torch.stack([*(loss.float() for loss in losses.values()), gradient])
 
     def _count(self) -> None:
-        """Count a step that has changed the generator, and average the generator."""
+        """Count a step that changed the generator, and update the average."""
         self.average.update(self.generator, self.steps)
         self.steps += 1
 
     def _prepare(self) -> None:  # noqa: B027
-        """Draw what the losses of the next step need besides its batch."""
+        """Draw random inputs of the next step's losses."""
 
     def _generated(self, batch: EncodedBatch) -> tuple[Tensor, Any]:
         with self._autocast():
@@ -259,7 +258,7 @@ class Stage(ABC):
 
     @abstractmethod
     def _real(self, batch: EncodedBatch) -> Tensor:
-        """Rendered images of a batch, which the discriminator is shown."""
+        """Rendered images of a batch, for the discriminator."""
 
     def _judge(self, batch: EncodedBatch, image: Tensor) -> Tensor:
         """Discriminator's logits for images of a batch."""
@@ -268,7 +267,7 @@ class Stage(ABC):
         return logits
 
     def _feature_losses(self, batch: EncodedBatch, fake: Tensor) -> dict[str, Tensor]:
-        """Losses by the discriminator's features, once it has joined, by name."""
+        """Losses from the discriminator's features, by name."""
         return {}
 
     @abstractmethod
@@ -280,7 +279,7 @@ class Stage(ABC):
         """Generator's losses besides the adversarial one, by name."""
 
     def _weights(self) -> dict[str, float]:
-        """Weights of losses, by name; a stage has some of them."""
+        """Weights of all losses, by name."""
         options = self.options
         return {
             "adversarial": 1.0,
@@ -291,11 +290,11 @@ class Stage(ABC):
         }
 
 
-FIRST_PASSES = 3  # passes before the recorded one, in which libraries make their choices
+FIRST_PASSES = 3  # passes before the recorded one, in which libraries choose algorithms
 
 
 class RecordedPass:
-    """A pass over batches of one size, recorded once and then repeated without Python."""
+    """A training pass that is recorded as a CUDA graph and then replayed."""
 
     def __init__(self, run: Callable[[EncodedBatch], Tensor]) -> None:
         self._run = run
@@ -303,9 +302,9 @@ class RecordedPass:
         self._recorded: tuple[torch.cuda.CUDAGraph, EncodedBatch, Tensor] | None = None
 
     def run(self, batch: EncodedBatch) -> Tensor:
-        """Make the pass over a batch; its results are valid until the next pass."""
+        """Run the pass on a batch; the results are valid until the next pass."""
         if self._recorded is not None and len(self._recorded[1]) != len(batch):
-            # Another size of batches: a run that was resumed, or its last batch.
+            # The batch size has changed, for example in the last batch.
             self._recorded, self._passes = None, 0
         if self._recorded is None and self._passes < FIRST_PASSES:
             self._passes += 1
@@ -323,7 +322,7 @@ class RecordedPass:
         return result
 
     def _beside(self, batch: EncodedBatch) -> Tensor:
-        # On a stream of its own, as recordings are.
+        # On a separate stream, as recordings require.
         stream: torch.cuda.Stream = torch.cuda.Stream()  # type: ignore[no-untyped-call]
         current = torch.cuda.current_stream()
         stream.wait_stream(current)
@@ -344,7 +343,7 @@ def adam(network: nn.Module, beta2: float, recorded: bool = False) -> torch.opti
     parameters = list(network.parameters())
     rate: float | Tensor = 1e-3
     if recorded:
-        # A number would be recorded as it is.
+        # A plain number would be recorded as a constant.
         rate = torch.tensor(rate, device=parameters[0].device)
     return torch.optim.Adam(parameters, rate, betas=(BETA1, beta2), fused=True, capturable=recorded)
 

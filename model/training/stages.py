@@ -111,7 +111,7 @@ class JointStage(ColorStage):
     average: EMA[TwoStageGenerator]
 
     def __init__(self, setup: Setup) -> None:
-        # The weights are drawn in this order: a recipe and its seed name one network.
+        # The order of drawing weights is fixed: recipe and seed determine the network.
         translation = TranslationGenerator(setup.size, setup.conditions)
         generator = TwoStageGenerator(setup.size, translation=translation)
         super().__init__(generator, TranslationDiscriminator(setup.size, setup.conditions), setup)
@@ -207,14 +207,14 @@ class Schedule:
         return TwoStageGenerator(self._size, *both).eval()
 
     def start_from(self, generator: GeneratorNetwork) -> None:
-        """Copy a trained generator's weights, before the first step; it may draw smaller images."""
+        """Copy a trained generator's weights before the first step; its images may be smaller."""
         if "small" in self.stages:
-            # What it would learn is learned.
+            # The start model has learned it already.
             del self.stages["small"], self.ends["small"]
         for name, stage in self.stages.items():
             stage.start_from(generator if name == "joint" else getattr(generator, name))
 
     def enter(self, name: str) -> None:
-        """Prepare the first step of the named stage, once those before it are over."""
+        """Prepare the first step of a stage, after those before it."""
         if name == "joint" and "small" in self.stages:
             self.stages[name].start_from(self.stages["small"].average.network)

@@ -1,7 +1,7 @@
 """The resumable state of a training run, saved atomically.
 
-``training.json`` names the file of the matching tensors and is written last;
-a process killed at any time leaves the previous or the new state.
+``training.json`` names the file of its tensors and is written last. So a process that is killed
+leaves the previous or the new state.
 """
 
 from __future__ import annotations
@@ -194,7 +194,7 @@ def training_in(folder: Path) -> Iterator[None]:
 
 
 def writing(folder: Path) -> AbstractContextManager[None]:
-    """Raise :class:`TrainingError` where a run's folder cannot be written."""
+    """Raise :class:`TrainingError` if a run's folder cannot be written."""
     what = f"{folder}: the run cannot be written"
     return os_errors_as(TrainingError, what, "make room or choose another folder")
 

@@ -11,7 +11,7 @@ import platform
 import time
 from collections.abc import Callable, Iterator
 from contextlib import nullcontext
-from dataclasses import replace
+from dataclasses import asdict, replace
 from importlib.metadata import version
 
 import numpy as np
@@ -40,7 +40,7 @@ from model.training.stage import Losses, Stage
 from model.training.stages import Schedule
 
 LONGER = "train longer in another folder, from this model."
-FIRST_SAVE_S = 10.0  # after which a run is first saved, so that a kill loses no more
+FIRST_SAVE_S = 10.0  # time until a run is first saved
 
 
 def train(
@@ -50,9 +50,9 @@ def train(
 ) -> None:
     """Train until the budget is used.
 
-    `on_report` is called after each optimization step. If it raises :class:`KeyboardInterrupt`, the
-    run is saved and ends, as after Ctrl-C; pressed again, that ends it at once and unsaved. Raises
-    :class:`CollapseError` when a loss is no longer finite, or when codes or images collapse.
+    `on_report` is called after each step. If it raises :class:`KeyboardInterrupt`, or after Ctrl-C,
+    the run is saved and ends; a second Ctrl-C ends it unsaved. Raises :class:`CollapseError` if a
+    loss is no longer finite, or if codes or images collapse.
     """
     try:
         with nullcontext() if parallel.rank() else state.training_in(plan.folder):
@@ -138,7 +138,7 @@ class _Run:
                 stop = True
             unsaved = 0.0 if self._is_on_disk else time.monotonic() - self._saved
             if unsaved > FIRST_SAVE_S and self.guard.healthy:
-                # Only saved: a measurement after a few seconds means nothing yet.
+                # Saved but not measured: after a few seconds, errors mean nothing yet.
                 self._checkpoint(is_first=True)
             if due:
                 if parallel.rank() == 0:
@@ -157,19 +157,19 @@ class _Run:
                 raise KeyboardInterrupt
 
     def _decide(self) -> tuple[float, bool, bool]:
-        """Return the stage's share, and whether to checkpoint and stop, as the first rank."""
+        """Return the first rank's share of the stage, and whether to checkpoint and stop."""
         spent = self.plan.budget.spent(self.progress.seconds, self.progress.samples)
         share = self.schedule.share(self.progress.stage, spent)
         due = time.monotonic() - self._saved > self.plan.interval or share >= 1
         return parallel.from_first((share, due, self.interrupted.is_set()))
 
     def _check_room(self) -> None:
-        """Refuse to start where not even the first checkpoint would fit."""
+        """Refuse to start if there is no disk space for the first checkpoint."""
         if parallel.rank():
             return
         stages = self.schedule.stages.values()
         weights = sum(t.nbytes for s in stages for t in s.generator.state_dict().values())
-        # Weights, their average and two moments of the optimizer; old file and new one.
+        # Weights, average and two moments of the optimizer, in the old and the new file.
         need = 8 * weights
         free = free_space(self.plan.folder)
         if free < need:
@@ -240,7 +240,7 @@ class _Run:
             preset=plan.preset,
             size=plan.size,
             training={
-                "options": plan.options.to_json(),
+                "options": asdict(plan.options),
                 "stage": self.progress.stage,
                 "seconds": round(self.progress.seconds, 1),
                 "samples_seen": self.progress.samples,
@@ -271,13 +271,13 @@ def _split_notice(stage: Stage) -> str:
     )
 
 
-MANY_WORKERS = 4  # number of processors from which on samples for a GPU are rendered by processes
+MANY_WORKERS = 4  # number of processors from which processes render a GPU's samples
 
 
 def run_job(
     job: TrainingJob, on_report: Callable[[TrainingReport], None] = lambda report: None
 ) -> None:
-    """Train as a job says; with several processes, each calls this."""
+    """Run a training job; with several processes, each calls this."""
     if job.resume:
         _check_resumption(job)
     elif not parallel.rank_to_be():
@@ -287,13 +287,13 @@ def run_job(
         volume = job.volume.read() if is_needed else None
         source = _source(job, volume, device.type)
         if volume is not None:
-            # A stored data set has a range of its own.
+            # A stored data set has its own range.
             volume = volume.over(source.scene.scalar_range, source.scene.scale)
         check_image_size(job.size, source.scene)
         start = None if job.start is None else WarmStart.read(job.start)
         size = job.size
         if start is not None:
-            # A run goes on with what the model has.
+            # Keep the option of the model.
             size = replace(size, opacity_modulation=start.card.size.opacity_modulation)
         precision = parallel.from_first(choose_precision(device, job.precision))
         what = source, job.preset, size, job.options, job.budget, job.out, device
@@ -313,13 +313,13 @@ def _source(job: TrainingJob, volume: Volume | None, device: str) -> SampleSourc
         return StoredSource(store)
     assert volume is not None
     scene = job.scene_of(volume)
-    # A GPU that trains is not to wait for the interpreter's lock, which rendering threads hold.
+    # Rendering threads would hold the interpreter's lock, and the GPU would wait.
     in_processes = device == "cuda" and (job.workers or processors()) >= MANY_WORKERS
     return StreamSource(volume, scene, job.seed, job.reuse, job.workers, processes=in_processes)
 
 
 def _check_resumption(job: TrainingJob) -> None:
-    """Refuse with a better sentence what the run itself would refuse."""
+    """Refuse wrong options of a resumed run, with a clear sentence."""
     progress, recipe = state.load_progress(job.out)
     if job.store is None and "reuse" not in recipe:
         raise TrainingError(

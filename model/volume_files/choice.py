@@ -20,12 +20,9 @@ AskedKind = Literal["series", "array", "time", "channel"]
 """Kinds of contents that a :class:`Choice` chooses from; components are chosen by themselves."""
 
 PLURALS = {
-    "series": "series",
-    "array": "arrays",
-    "time": "time steps",
-    "channel": "channels",
+    "series": "series", "array": "arrays", "time": "time steps", "channel": "channels",
     "component": "components",
-}
+}  # fmt: skip
 SINGULARS = {**PLURALS, "array": "array", "time": "time step", "channel": "channel"}
 MOST_LISTED = 12  # names in a sentence; the others are counted
 

@@ -215,16 +215,13 @@ PET_UNITS = {"BQML": "Bq/ml", "CNTS": "counts", "GML": "g/ml", "PROPCNTS": "", "
 SPACINGS = ("PixelSpacing", "NominalScannedPixelSpacing", "ImagerPixelSpacing")  # the truest first
 
 _NESTED = {
-    "TemporalPositionIndex": "FrameContentSequence",
-    "StackID": "FrameContentSequence",
+    "TemporalPositionIndex": "FrameContentSequence", "StackID": "FrameContentSequence",
     "NominalCardiacTriggerDelayTime": "CardiacSynchronizationSequence",
     "NominalPercentageOfCardiacPhase": "CardiacSynchronizationSequence",
-    "EffectiveEchoTime": "MREchoSequence",
-    "DiffusionBValue": "MRDiffusionSequence",
-    "ComplexImageComponent": "MRImageFrameTypeSequence",
-    "FrameType": "MRImageFrameTypeSequence",
+    "EffectiveEchoTime": "MREchoSequence", "DiffusionBValue": "MRDiffusionSequence",
+    "ComplexImageComponent": "MRImageFrameTypeSequence", "FrameType": "MRImageFrameTypeSequence",
     "ReferencedSegmentNumber": "SegmentIdentificationSequence",
-}
+}  # fmt: skip
 """Functional groups of multi-frame files in which fields stand."""
 
 

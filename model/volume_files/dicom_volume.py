@@ -11,15 +11,8 @@ from numpy.typing import NDArray
 
 from model.errors import VolumeError
 from model.scene.volume import FileFacts
+from model.volume_files import checks
 from model.volume_files.blocks import counted
-from model.volume_files.checks import (
-    check_grid,
-    check_present,
-    damaged,
-    errors_of,
-    truncated,
-    unsupported,
-)
 from model.volume_files.dicom_tags import PLAIN, DicomFile, Frame, number_in, numbers_of, value_of
 from model.volume_files.grid import Grid, placed
 
@@ -44,7 +37,7 @@ def read_stack(images: Sequence[Frame]) -> Grid:
     first = frames[0]
     folder = first.file.path if len({f.file.path for f in frames}) == 1 else first.file.path.parent
     dtype = value_type(frames)
-    check_grid(folder, (first.columns, first.rows, len(frames)), dtype)
+    checks.check_grid(folder, (first.columns, first.rows, len(frames)), dtype)
     values = np.empty((len(frames), first.rows, first.columns), dtype)
     missing: NDArray[np.bool_] | None = None
     for z, frame in enumerate(counted("slices read", frames)):
@@ -224,7 +217,7 @@ def stored_type(frame: Frame) -> np.dtype[np.generic]:
     if bits == 1:
         return np.dtype(np.uint8)
     if bits not in (8, 16, 32, 64):
-        raise unsupported(file.path, f"a DICOM file of {bits} bits per pixel", "convert it")
+        raise checks.unsupported(file.path, f"a DICOM file of {bits} bits per pixel", "convert it")
     is_signed = number_in(file.tags, "PixelRepresentation") == 1
     return np.dtype(f"{'i' if is_signed else 'u'}{bits // 8}")
 
@@ -238,7 +231,7 @@ def bits_stored(frame: Frame) -> int:
         return 1
     stored = int(number_in(frame.file.tags, "BitsStored", allocated))
     if not 1 <= stored <= allocated:
-        raise damaged(frame.file.path, "its bits stored exceed its bits allocated")
+        raise checks.damaged(frame.file.path, "its bits stored exceed its bits allocated")
     return stored
 
 
@@ -259,7 +252,7 @@ def stored_pixels(frame: Frame) -> NDArray[Any]:
         with file.open() as data:
             data.seek(file.offset + frame.index * pixels.nbytes)
             there = max(min(file.length - frame.index * pixels.nbytes, pixels.nbytes), 0)
-            check_present(file.path, min(data.readinto(pixels.data), there), pixels.nbytes)  # type: ignore[attr-defined]
+            checks.check_present(file.path, min(data.readinto(pixels.data), there), pixels.nbytes)  # type: ignore[attr-defined]
         if not pixels.dtype.isnative:
             pixels = pixels.byteswap(inplace=True).view(dtype)
     if file.kind != "iu":
@@ -285,7 +278,7 @@ def _bits(frame: Frame) -> NDArray[np.uint8]:
         data.seek(file.offset + first // 8)
         need = -(-(first % 8 + size) // 8)
         packed = data.read(need)
-    check_present(file.path, min(len(packed), file.length - first // 8), need)
+    checks.check_present(file.path, min(len(packed), file.length - first // 8), need)
     bits = np.unpackbits(np.frombuffer(packed, np.uint8), bitorder="little")
     return bits[first % 8 : first % 8 + size].reshape(frame.rows, frame.columns).copy()
 
@@ -299,14 +292,14 @@ def _decoded(frame: Frame, dtype: np.dtype[np.generic]) -> NDArray[Any]:
     file = frame.file
     name = DECODERS.get(file.syntax)
     if name is None:
-        raise unsupported(
+        raise checks.unsupported(
             file.path,
             f"a DICOM file with pixels compressed as {UID(file.syntax).name}",
             "decompress the series first, for example with gdcmconv --raw",
         )
     count = int(number_in(file.tags, "NumberOfFrames")) or 1
     says, cut_off = "its compressed pixels are invalid: {}", (EOFError, IndexError)
-    with errors_of(file.path, says, "pydicom", cut_off=cut_off, missing=ENDS_EARLY):
+    with checks.errors_of(file.path, says, "pydicom", cut_off=cut_off, missing=ENDS_EARLY):
         with file.open() as data:
             data.seek(file.offset)
             encoded = get_frame(data, frame.index, number_of_frames=count)
@@ -318,7 +311,7 @@ def _decoded(frame: Frame, dtype: np.dtype[np.generic]) -> NDArray[Any]:
             _check_size(frame, name, encoded)
             pixels = decode(encoded)
     if pixels.size != frame.rows * frame.columns:
-        raise damaged(file.path, f"its compressed pixels are {pixels.shape}")
+        raise checks.damaged(file.path, f"its compressed pixels are {pixels.shape}")
     pixels = np.array(pixels.reshape(frame.rows, frame.columns))
     if dtype.kind == "f" or pixels.dtype.kind not in "iu":
         return pixels.astype(dtype)
@@ -331,7 +324,7 @@ def _check_size(frame: Frame, name: str, encoded: bytes) -> None:
     data = bytes(encoded)
     if name == "jpegls_decode" and not data.rstrip(b"\0").endswith(END_OF_IMAGE):
         # CharLS looks for the end for half a minute.
-        raise truncated(frame.file.path, ENDS_EARLY)
+        raise checks.truncated(frame.file.path, ENDS_EARLY)
     found = None
     if name == "jpeg2k_decode":
         place = data.find(b"\xff\x4f\xff\x51")
@@ -345,7 +338,9 @@ def _check_size(frame: Frame, name: str, encoded: bytes) -> None:
             found = (rows, columns) if marker in (0xC0, 0xC1, 0xC2, 0xC3, 0xF7) else None
             place += 2 + length
     if found != (frame.rows, frame.columns):
-        raise damaged(frame.file.path, "its compressed pixels have another size than its tags")
+        raise checks.damaged(
+            frame.file.path, "its compressed pixels have another size than its tags"
+        )
 
 
 def padding_mask(frame: Frame, pixels: NDArray[Any]) -> NDArray[np.bool_] | None:

@@ -193,11 +193,9 @@ def _native(data: NDArray[Any], index: Any) -> NDArray[Any]:
 Items = dict[str, Any]  # h5py.Dataset by name
 
 _VTK_KINDS = {
-    "OverlappingAMR": "an adaptive grid",
-    "UnstructuredGrid": "an unstructured grid",
-    "RectilinearGrid": "a rectilinear grid",
-    "PolyData": "a surface",
-}
+    "OverlappingAMR": "an adaptive grid", "UnstructuredGrid": "an unstructured grid",
+    "RectilinearGrid": "a rectilinear grid", "PolyData": "a surface",
+}  # fmt: skip
 LONGEST_XML = 1 << 22
 GREATEST_RATIO = 1100  # of values to their bytes in the file: that of deflate, with some room
 MOST_UNWRITTEN = 1 << 28  # bytes that are believed to be fill values, however few are written

@@ -22,73 +22,54 @@ SCAN = RESOURCES / "volumes" / "lidc_chest_256x256x133_uint8.nrrd"  # shown wher
 
 @dataclass(frozen=True)
 class Sample:
-    """A shipped volume's subject, and its first look: azimuth and elevation, and light."""
+    """A shipped volume: its file, its subject, and its first azimuth, elevation and light."""
 
+    path: Path
     title: str
     angles: tuple[float, float]
-    lighting: Lighting
     light: LightDirection
+    lighting: Lighting = "path"
+
+    @property
+    def tf(self) -> TransferFunction:
+        """The TF that was designed for it."""
+        return TransferFunction.load(self.path.with_suffix(".tf.json"))
 
 
-SAMPLES = {
-    SCAN.name: Sample("Chest CT (LIDC)", (0.0, 8.0), "path", LightDirection(-50, 40)),
-    DEFAULT_VOLUME.name: Sample(
-        "Reacting jet, temperature", (30.0, 8.0), "path", LightDirection(-60, 35)
-    ),
-    "fly_212x232x144_uint8.nrrd": Sample(
-        "Fly (micro-CT)", (190.0, 22.0), "path", LightDirection(-40, 45)
-    ),
-    "shell_116x48x225_uint8.nrrd": Sample(
-        "Sea shell, cut open (micro-CT)", (150.0, 8.0), "path", LightDirection(45, 35)
-    ),
-}
-"""The shipped volumes, by file name."""
-
-
-def shipped_volumes() -> list[Path]:
-    """Return the files of the shipped volumes, in the order in which they are offered."""
-    return [RESOURCES / "volumes" / name for name in SAMPLES]
-
-
-def sample_of(volume: Volume) -> Sample | None:
-    """Return what is known of a shipped volume, or None for another one."""
-    name = _file_name(volume)
-    return None if name is None else SAMPLES[name]
-
-
-def designed_tf(volume: Volume) -> TransferFunction | None:
-    """Return the TF that lies next to a shipped volume, or None for another one."""
-    name = _file_name(volume)
-    return None if name is None else _tf_beside(RESOURCES / "volumes" / name)
-
-
-def scan_tf() -> TransferFunction:
-    """Return the TF of the shipped scan, whose bytes are :data:`SCAN_HU`."""
-    return _tf_beside(SCAN)
-
+_VOLUMES = RESOURCES / "volumes"
+SAMPLES = (
+    Sample(SCAN, "Chest CT (LIDC)", (0.0, 8.0), LightDirection(-50, 40)),
+    Sample(DEFAULT_VOLUME, "Reacting jet, temperature", (30.0, 8.0), LightDirection(-60, 35)),
+    Sample(_VOLUMES / "fly_212x232x144_uint8.nrrd", "Fly (micro-CT)", (190.0, 22.0),
+           LightDirection(-40, 45)),
+    Sample(_VOLUMES / "shell_116x48x225_uint8.nrrd", "Sea shell, cut open (micro-CT)",
+           (150.0, 8.0), LightDirection(45, 35)),
+)  # fmt: skip
+"""The shipped volumes, in the order in which they are offered."""
 
 SCAN_HU = (-1000.0, 1500.0)  # Hounsfield units of the shipped scan's least and greatest byte
 
 
+def shipped_volumes() -> list[Path]:
+    """Return the files of the shipped volumes."""
+    return [sample.path for sample in SAMPLES]
+
+
+def sample_of(volume: Volume) -> Sample | None:
+    """Return the sample with a volume's name and dimensions, or None if it is another volume."""
+    x, y, z = volume.dimensions
+    start = f"{volume.name.replace(' ', '_')}_{x}x{y}x{z}_"
+    return next((each for each in SAMPLES if each.path.name.startswith(start)), None)
+
+
 def title_of(path: Path) -> str:
-    """Return what a shipped volume is of, in words."""
-    return SAMPLES[path.name].title
+    """Return the subject of a shipped volume, in words."""
+    return next(sample.title for sample in SAMPLES if sample.path.name == path.name)
 
 
 def picture_of(path: Path) -> Path:
     """Return the file of a shipped volume's picture, 192 pixels wide and high."""
     return path.with_suffix(".png")
-
-
-def _file_name(volume: Volume) -> str | None:
-    """Return the name of a shipped volume's file, by the volume's name and dimensions."""
-    x, y, z = volume.dimensions
-    start = f"{volume.name.replace(' ', '_')}_{x}x{y}x{z}_"
-    return next((name for name in SAMPLES if name.startswith(start)), None)
-
-
-def _tf_beside(path: Path) -> TransferFunction:
-    return TransferFunction.load(path.with_suffix(".tf.json"))
 
 
 LEAST_OPACITY = 0.5  # that a designed TF must reach at a volume's values to be used
@@ -103,10 +84,11 @@ def first_transfer_function(volume: Volume) -> TransferFunction:
     """
     if volume.file.is_labels and volume.scale == "linear":
         return label_tf(volume)
-    designed = designed_tf(volume)
-    if designed is None:
-        values = _scan_values(volume)
-        designed = None if values is None else stretch_to_range(scan_tf(), values)
+    designed = None
+    if sample := sample_of(volume):
+        designed = sample.tf
+    elif values := _scan_values(volume):
+        designed = stretch_to_range(SAMPLES[0].tf, values)
     if designed is not None and designed.scale == volume.scale:
         fitted = fit_to_range(designed, volume.scalar_range)
         if fitted.opacity.sample().max() >= LEAST_OPACITY:

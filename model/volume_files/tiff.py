@@ -18,20 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.errors import VolumeError, first_line
+from model.volume_files import checks
 from model.volume_files.arrays import StoredArray, grid_of_arrays, rescaled
 from model.volume_files.blocks import counted
-from model.volume_files.checks import (
-    check_grid,
-    check_present,
-    damaged,
-    errors_of,
-    log_of,
-    not_a,
-    number_of,
-    times,
-    truncated,
-    unsupported,
-)
 from model.volume_files.choice import LARGEST, Choice
 from model.volume_files.grid import Grid, in_one_unit
 
@@ -62,13 +51,13 @@ def opened_tiff(path: Path) -> Iterator[TiffFile]:
     says, cut = "its pixels cannot be unpacked: {}", "the header of a page lies beyond its end"
     # Decoders raise errors of many kinds.
     with (
-        log_of("tifffile") as warnings,
-        errors_of(path, says, cut_off=(struct.error,), missing=cut),
+        checks.log_of("tifffile") as warnings,
+        checks.errors_of(path, says, cut_off=(struct.error,), missing=cut),
     ):
         try:
             with tifffile.TiffFile(path) as tiff:
                 if not len(tiff.pages):
-                    raise damaged(path, "it has no pages")
+                    raise checks.damaged(path, "it has no pages")
                 yield tiff
                 # A stack that lies behind a single page was cut off, others were only described
                 # wrongly.
@@ -76,16 +65,16 @@ def opened_tiff(path: Path) -> Iterator[TiffFile]:
         except VolumeError:
             if any(_BROKEN_CHAIN.search(warning) for warning in warnings):
                 # What is wrong with the pages that are left is only a consequence.
-                raise truncated(path, "its list of pages leads beyond its end") from None
+                raise checks.truncated(path, "its list of pages leads beyond its end") from None
             raise
         except tifffile.TiffFileError as error:
             if "not a TIFF" in str(error):
-                raise not_a(path, "a TIFF file") from None
-            raise damaged(path, first_line(error)) from None
+                raise checks.not_a(path, "a TIFF file") from None
+            raise checks.damaged(path, first_line(error)) from None
     harmless = _HARMLESS if is_described else _HARMLESS_OF_PAGES
     if serious := [warning for warning in warnings if not harmless.search(warning)]:
         said = re.sub(r"^<tifffile\.\w+ [^>]*> ", "", serious[0])
-        raise damaged(path, f"tifffile says '{said.rstrip('.')}'")
+        raise checks.damaged(path, f"tifffile says '{said.rstrip('.')}'")
 
 
 def read_tiff(path: Path, choice: Choice = LARGEST) -> Grid:
@@ -110,7 +99,7 @@ def read_tiff(path: Path, choice: Choice = LARGEST) -> Grid:
 
 def _flat(path: Path, images: list[StoredArray]) -> VolumeError:
     """Return the error for a file without a volume."""
-    sizes = list(dict.fromkeys(times(dimensions_of(image)[:2]) for image in images))
+    sizes = list(dict.fromkeys(checks.times(dimensions_of(image)[:2]) for image in images))
     if len(images) > 1:
         types = ", ".join(dict.fromkeys(str(image.dtype) for image in images))
         return VolumeError(
@@ -120,9 +109,9 @@ def _flat(path: Path, images: list[StoredArray]) -> VolumeError:
     slices = sum(1 for other in path.parent.glob(f"*{path.suffix}") if other.name[0] != ".")
     if slices <= 2:
         # Which says what is wrong.
-        check_grid(path, dimensions_of(images[0]), images[0].dtype)
+        checks.check_grid(path, dimensions_of(images[0]), images[0].dtype)
     return VolumeError(
-        f"{path}: this is a flat image of {times(dimensions_of(images[0]))} pixels, not a "
+        f"{path}: this is a flat image of {checks.times(dimensions_of(images[0]))} pixels, not a "
         f"volume; if it is one of the {slices} slices in its folder, open the folder."
     )
 
@@ -263,7 +252,7 @@ def _read(
         return values
     for z in counted("slices read", range(len(values))):
         values[z] = np.transpose(read(tuple((place | {depth: z}).values())), order)
-    nodata = number_of(str(series.keyframe.tags.valueof(GDAL_NODATA)).strip("\0 "))
+    nodata = checks.number_of(str(series.keyframe.tags.valueof(GDAL_NODATA)).strip("\0 "))
     missing = values == nodata
     return np.ma.array(values, mask=missing) if values.ndim == 3 and missing.any() else values
 
@@ -271,14 +260,14 @@ def _read(
 def _check_pages(path: Path, series: Any) -> None:
     """Check that its folder has the bytes of a series' pixels."""
     if np.dtype(series.dtype).kind not in "biuf":
-        raise unsupported(
+        raise checks.unsupported(
             path, f"a TIFF of {series.dtype} voxels", "save its magnitude, for example in Fiji"
         )
     folder = path.parent.resolve()
     pages: list[Any] = list(series.pages)
     for page in pages:
         if page is None:
-            raise damaged(path, "pages that it names are missing, perhaps in other files")
+            raise checks.damaged(path, "pages that it names are missing, perhaps in other files")
         place = Path(page.parent.filehandle.path).resolve()
         if not place.is_relative_to(folder):
             raise VolumeError(
@@ -288,7 +277,7 @@ def _check_pages(path: Path, series: Any) -> None:
     if series.dataoffset is not None:
         size = series.keyframe.parent.filehandle.size
         need = math.prod(series.shape) * np.dtype(series.dtype).itemsize
-        check_present(path, size - series.dataoffset, need)
+        checks.check_present(path, size - series.dataoffset, need)
         return
     for page in pages:
         size = page.parent.filehandle.size
@@ -296,14 +285,14 @@ def _check_pages(path: Path, series: Any) -> None:
         if len(offsets) != len(lengths) or not all(
             offset > 0 and length > 0 for offset, length in zip(offsets, lengths, strict=True)
         ):
-            raise damaged(path, "a page's strips do not add up")
+            raise checks.damaged(path, "a page's strips do not add up")
         if any(o + n > size for o, n in zip(offsets, lengths, strict=True)):
-            raise truncated(path, "a page's pixels lie beyond its end")
+            raise checks.truncated(path, "a page's pixels lie beyond its end")
         keyframe: Any = page.keyframe
         is_plain = keyframe.compression == UNCOMPRESSED
         need = keyframe.size * keyframe.bitspersample // 8
         if sum(lengths) * (1 if is_plain else GREATEST_RATIO) < need:
-            raise damaged(path, "a page has fewer pixels than its size says")
+            raise checks.damaged(path, "a page has fewer pixels than its size says")
 
 
 def _plane_reader(series: Any) -> Callable[[tuple[Any, ...]], NDArray[Any]]:
@@ -389,10 +378,10 @@ def calibrated(tiff: TiffFile, values: NDArray[Any]) -> tuple[NDArray[Any], str,
     data = tiff.imagej_metadata or {}
     units = str(data.get("vunit", ""))
     units = "" if units.lower() in ("gray value", "grey value", "") else units
-    offset, slope = number_of(data.get("c0")), number_of(data.get("c1"))
+    offset, slope = checks.number_of(data.get("c0")), checks.number_of(data.get("c1"))
     if "cf" not in data or offset is None or slope is None:
         return values, units, ()
-    if str(data["cf"]) not in ("0", "0.0") or number_of(data.get("c2")) is not None:
+    if str(data["cf"]) not in ("0", "0.0") or checks.number_of(data.get("c2")) is not None:
         return values, "", ("ImageJ's calibration curve of the values is not applied.",)
     if (offset, slope) == (SIGNED_16, 1.0) and values.dtype == np.uint16:
         values ^= np.uint16(0x8000)
@@ -402,7 +391,7 @@ def calibrated(tiff: TiffFile, values: NDArray[Any]) -> tuple[NDArray[Any], str,
 
 def _size(value: Any) -> float | None:
     """Return a length as a number; None if it is none above zero."""
-    number = number_of(value)
+    number = checks.number_of(value)
     return None if number is None or number <= 0 else number
 
 
@@ -418,7 +407,7 @@ def _of_imagej(tiff: TiffFile, data: Mapping[str, Any]) -> Scale:
     """ImageJ leaves out what is 1: the distance of slices, and the resolution."""
     unit = str(data.get("unit", "")).strip()
     x, y = _resolution(tiff, X_RESOLUTION), _resolution(tiff, Y_RESOLUTION)
-    z = number_of(data.get("spacing"))
+    z = checks.number_of(data.get("spacing"))
     units = [unit, str(data.get("yunit", unit)), str(data.get("zunit", unit))]
     lengths: list[float | None] = [x or 1.0, y or x or 1.0, abs(z) if z else 1.0]
     if (x, y) in ((None, None), (1.0, 1.0)) and z is None and unit.lower() in NO_UNITS:

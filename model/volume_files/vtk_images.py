@@ -16,16 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.errors import VolumeError
+from model.volume_files import checks
 from model.volume_files.arrays import StoredArray, grid_of_arrays
-from model.volume_files.checks import (
-    check_grid,
-    check_present,
-    damaged,
-    not_a,
-    times,
-    truncated,
-    unsupported,
-)
 from model.volume_files.choice import LARGEST, Choice
 from model.volume_files.grid import Grid
 
@@ -87,7 +79,7 @@ def _checked(path: Path, found: list[VtkArray]) -> list[VtkArray]:
     """Return the arrays that are no ghost types, or refuse to."""
     if any(not isinstance(array.name, str) for array in found):
         # VTK gives bytes where it cannot decode them.
-        raise damaged(path, "the name of an array is no text")
+        raise checks.damaged(path, "the name of an array is no text")
     found = [array for array in found if array.name not in (*GHOSTS, VALID)]
     if not found:
         raise VolumeError(
@@ -105,7 +97,7 @@ def _voxels(
     array = attributes.GetArray(name) if name else attributes.GetArray(0)
     dimensions = [n - in_cells for n in image.GetDimensions()]
     if array is None or array.GetNumberOfTuples() != math.prod(dimensions):
-        raise damaged(path, f"its array '{name}' has no values, or not those of its grid")
+        raise checks.damaged(path, f"its array '{name}' has no values, or not those of its grid")
     values, hidden = _to_numpy(array, dimensions), _hidden(attributes, dimensions, in_cells)
     if extent is not None:
         ends = zip(extent[::2], extent[1::2], image.GetExtent()[::2], strict=True)
@@ -153,7 +145,7 @@ def _run_quietly(path: Path, step: Callable[[], None]) -> None:
     complaint = _MESSAGE.search(text)
     if complaint is not None:
         reason = complaint.group(2).strip().rstrip(".!").replace(str(path), path.name)
-        raise damaged(path, f"VTK says '{reason}'")
+        raise checks.damaged(path, f"VTK says '{reason}'")
 
 
 def _to_numpy(array: Any, dimensions: Sequence[int]) -> NDArray[np.generic]:
@@ -174,7 +166,7 @@ def read_legacy_vtk(path: Path, choice: Choice = LARGEST) -> Grid:
     with path.open("rb") as file:
         start = file.read(LONGEST_HEADER)
     if not start.startswith(b"# vtk DataFile"):
-        raise not_a(path, "a legacy VTK file")
+        raise checks.not_a(path, "a legacy VTK file")
     kind = re.search(rb"(?mi)^DATASET\s+(\w+)", start)
     if kind is not None and kind.group(1).upper() != b"STRUCTURED_POINTS":
         raise VolumeError(
@@ -184,9 +176,9 @@ def read_legacy_vtk(path: Path, choice: Choice = LARGEST) -> Grid:
         )
     sizes = re.search(rb"(?mi)^DIMENSIONS\s+(-?\d{1,18})\s+(-?\d{1,18})\s+(-?\d{1,18})\s", start)
     if kind is None or sizes is None:
-        raise truncated(path, "its header has no dimensions")
+        raise checks.truncated(path, "its header has no dimensions")
     dimensions = [int(size) for size in sizes.groups()]
-    check_present(path, path.stat().st_size, check_grid(path, dimensions, np.uint8))
+    checks.check_present(path, path.stat().st_size, checks.check_grid(path, dimensions, np.uint8))
     reader = vtkStructuredPointsReader()
     reader.SetFileName(str(path))
     reader.ReadAllScalarsOn()
@@ -244,7 +236,9 @@ def read_vti(path: Path, choice: Choice = LARGEST) -> Grid:
     own = _own_extent(path, header, whole)
     extent, notes = own or whole, tuple[str, ...]()
     if own is not None:
-        points = times([high - low + 1 for low, high in zip(whole[::2], whole[1::2], strict=True)])
+        points = checks.times(
+            [high - low + 1 for low, high in zip(whole[::2], whole[1::2], strict=True)]
+        )
         notes = (f"The file has a piece of a whole of {points} points; the piece is read.",)
     found = _checked(path, [*_announced(path, reader, extent)])
     said = reader.GetOutputInformation(0)
@@ -308,7 +302,7 @@ def _own_extent(path: Path, header: _Header, whole: list[int]) -> list[int] | No
     if own == whole:
         return None
     if any(own[k] < whole[k] or own[k + 1] > whole[k + 1] for k in (0, 2, 4)):
-        raise damaged(path, "a piece lies outside the whole extent")
+        raise checks.damaged(path, "a piece lies outside the whole extent")
     return own
 
 
@@ -346,10 +340,10 @@ def _read_header(path: Path, file: BinaryIO) -> _Header:
     file.seek(max(size - TAIL, 0))
     tail = file.read()
     if b"<VTKFile" not in start or b"ImageData" not in start:
-        raise not_a(path, "VTK image data in XML")
+        raise checks.not_a(path, "VTK image data in XML")
     # VTK does not detect truncated raw appended data.
     if b"</VTKFile>" not in tail:
-        raise truncated(path, "its closing tag is missing")
+        raise checks.truncated(path, "its closing tag is missing")
     return _Header(start.decode("latin-1"), size)
 
 
@@ -357,13 +351,13 @@ def _whole_extent(path: Path, header: _Header) -> list[int]:
     """Return the extent after a check against memory and file; refuse bits, which VTK packs."""
     ends = _integers(header.attribute("WholeExtent"))
     if len(ends) != 6:
-        raise damaged(path, "its header has no extent of six numbers")
+        raise checks.damaged(path, "its header has no extent of six numbers")
     if re.search(r"""<DataArray\b[^>]*\btype\s*=\s*["']Bit["']""", header.text):
-        raise unsupported(
+        raise checks.unsupported(
             path, "an array of bits", "convert it to unsigned char, with ParaView's Calculator"
         )
     dimensions = [last - first + 1 for first, last in zip(ends[::2], ends[1::2], strict=True)]
-    check_present(path, header.capacity, check_grid(path, dimensions, np.uint8))
+    checks.check_present(path, header.capacity, checks.check_grid(path, dimensions, np.uint8))
     return ends
 
 
@@ -373,7 +367,7 @@ def _compressed_arrays(path: Path, header: _Header) -> list[tuple[int, bool]]:
     first = header.text.find("<AppendedData")
     appended = re.compile(r"<AppendedData\b[^>]*>\s*_").match(header.text, max(first, 0))
     if first >= 0 and appended is None:
-        raise damaged(path, "its appended data does not begin with an underscore")
+        raise checks.damaged(path, "its appended data does not begin with an underscore")
     starts = []
     for array in re.finditer(r"<DataArray\b[^>]*>", header.text):
         offset = header.attribute("offset", array.group())
@@ -385,7 +379,7 @@ def _compressed_arrays(path: Path, header: _Header) -> list[tuple[int, bool]]:
             text = header.text[array.end() :]
             starts.append((array.end() + len(text) - len(text.lstrip()), True))
         elif form != "ascii":
-            raise damaged(path, "an array does not say where its values are")
+            raise checks.damaged(path, "an array does not say where its values are")
     return starts
 
 
@@ -402,12 +396,12 @@ def _check_blocks(path: Path, file: BinaryIO, header: _Header, start: int, encod
     try:
         blocks, block, last = numbers(3)
         if blocks * header.word.itemsize > header.file_size:
-            raise damaged(path, f"an array claims {blocks} compressed blocks")
+            raise checks.damaged(path, f"an array claims {blocks} compressed blocks")
         compressed = sum(numbers(3 + blocks)[3:])
     except ValueError:
-        raise damaged(path, "a compressed array has no header") from None
+        raise checks.damaged(path, "a compressed array has no header") from None
     unpacked = (blocks - 1) * block + (last or block)
     if blocks and (block == 0 or last > block or unpacked > header.capacity):
-        raise damaged(path, "the sizes of its compressed blocks cannot be")
+        raise checks.damaged(path, "the sizes of its compressed blocks cannot be")
     if compressed > header.file_size:
-        raise truncated(path, "its compressed blocks are longer than the file")
+        raise checks.truncated(path, "its compressed blocks are longer than the file")

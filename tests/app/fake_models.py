@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+from dataclasses import asdict
 
 from ramp import make_volume
 
@@ -22,7 +23,7 @@ def make_model(folder, name="ramp", top=200.0, **changes):
     (folder / "generator-1.safetensors").write_bytes(WEIGHTS)
     header = {
         "tfscope_model": FORMAT_VERSION, "weights": "generator-1.safetensors",
-        "sha256": hashlib.sha256(WEIGHTS).hexdigest(), **card.to_json(), **changes,
+        "sha256": hashlib.sha256(WEIGHTS).hexdigest(), **asdict(card), **changes,
     }  # fmt: skip
     (folder / MODEL_FILE).write_text(json.dumps(header))
     return folder

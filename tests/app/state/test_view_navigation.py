@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from app.image_view.gestures import pan, turn
-from model.errors import ViewError
+from model.errors import TfscopeError
 from model.scene.crop import CropBox
 from model.scene.orientation import STANDARD_VIEWS, WHOLE, corners, home_view
 from model.scene.view import Projection, View
@@ -24,7 +24,7 @@ def test_a_volume_starts_at_its_home_view(qtbot, state):
     assert (state.view, state.up_axis) == (given, "+z")
     state.reset_view()
     assert state.view == home_view(BOX)
-    with pytest.raises(ViewError, match="'north' is not an axis"):
+    with pytest.raises(TfscopeError, match="'north' is not an axis"):
         state.start_view((1.0, 0.0, 0.0), "north")
     assert state.home == home_view(BOX)
 

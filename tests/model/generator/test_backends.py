@@ -2,7 +2,7 @@ import pytest
 import torch
 from blobs import blobs
 
-from model.errors import DeviceError
+from model.errors import TfscopeError
 from model.generator.backends import EAGER, TOGETHER, Backend, candidates, make_decode, obstacle
 from model.generator.generator import Generator
 from model.networks.blocks import place
@@ -78,7 +78,7 @@ def test_bfloat16_is_a_candidate_where_the_processor_knows_it(monkeypatch):
 
 def test_a_library_that_is_not_installed_is_named(scene, monkeypatch):
     monkeypatch.setattr("model.errors.find_spec", lambda name: None)
-    with pytest.raises(DeviceError, match=r"pip install openvino"):
+    with pytest.raises(TfscopeError, match=r"pip install openvino"):
         make_decode(network_of(scene), Backend("openvino"), CPU)
     assert candidates(CPU) == [EAGER]
 

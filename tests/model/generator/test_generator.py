@@ -6,7 +6,7 @@ import pytest
 import torch
 from skimage.transform import resize
 
-from model.errors import DeviceError, LatentError
+from model.errors import LatentError, TfscopeError
 from model.generator import catalog as shipped
 from model.latent.codes import NetworkCodec
 from model.networks.checkpoint import load_model
@@ -92,10 +92,10 @@ def test_devices(lively_generator):
 
     assert choose_device("cpu").type == "cpu"
     assert choose_device("auto").type == ("cuda" if torch.cuda.is_available() else "cpu")
-    with pytest.raises(DeviceError, match="choose auto, cpu or cuda"):
+    with pytest.raises(TfscopeError, match="choose auto, cpu or cuda"):
         choose_device("tpu")
     if not torch.cuda.is_available():
-        with pytest.raises(DeviceError, match="sees no NVIDIA GPU"):
+        with pytest.raises(TfscopeError, match="sees no NVIDIA GPU"):
             choose_device("cuda")
 
 

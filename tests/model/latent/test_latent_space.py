@@ -9,17 +9,8 @@ import torch
 from toy_codec import ToyCodec, toy_space
 
 from model.errors import CheckpointError, LatentError, TransferFunctionError
+from model.latent import latent_space
 from model.latent.codes import CODEC_FILE, SHIPPED_CODEC, WEIGHTS_FILE, load_codec, sample_codes
-from model.latent.latent_space import (
-    MAP_FILE,
-    UNIT_SCENE,
-    LatentSpace,
-    TFFrame,
-    draw_codes,
-    load_map,
-    map_key,
-    save_map,
-)
 from model.networks.generator_network import EncodedInputs, decode_unit
 from model.networks.paper import TwoStageGenerator
 from model.samples.sampling import draw_opacity_tfs, draw_sample
@@ -31,21 +22,21 @@ PLACES = np.random.default_rng(1).uniform(-1, 1, (20, 2)).astype(np.float32)
 
 @pytest.fixture
 def kept_map(tmp_path):
-    kept_map = tmp_path / "deep" / MAP_FILE
-    save_map(kept_map, map_key("one"), CODES, PLACES)
+    kept_map = tmp_path / "deep" / latent_space.MAP_FILE
+    latent_space.save_map(kept_map, latent_space.map_key("one"), CODES, PLACES)
     return kept_map
 
 
 def test_a_map_comes_back_in_half_precision(kept_map):
-    model_codes, places = load_map(kept_map, map_key("one"))
+    model_codes, places = latent_space.load_map(kept_map, latent_space.map_key("one"))
     assert (model_codes == CODES.astype(np.float16)).all()
     assert (places == PLACES.astype(np.float16)).all()
 
 
 def test_a_map_of_another_codec_is_refused(kept_map):
     with pytest.raises(LatentError, match="another codec"):
-        load_map(kept_map, map_key("other"))
-    assert map_key("one", 10) != map_key("one", 11)
+        latent_space.load_map(kept_map, latent_space.map_key("other"))
+    assert latent_space.map_key("one", 10) != latent_space.map_key("one", 11)
 
 
 def test_damaged_maps_are_refused(kept_map):
@@ -53,9 +44,9 @@ def test_damaged_maps_are_refused(kept_map):
     for damaged in (b"", content[: len(content) // 2], b"PK" + content[50:], b"no map at all"):
         kept_map.write_bytes(damaged)
         with pytest.raises(LatentError):
-            load_map(kept_map, map_key("one"))
+            latent_space.load_map(kept_map, latent_space.map_key("one"))
     with pytest.raises(LatentError, match="cannot be read"):
-        load_map(kept_map.with_name("missing.npz"), map_key("one"))
+        latent_space.load_map(kept_map.with_name("missing.npz"), latent_space.map_key("one"))
 
 
 @pytest.mark.parametrize(
@@ -64,9 +55,9 @@ def test_damaged_maps_are_refused(kept_map):
     ids=["not finite", "of different lengths", "empty"],
 )
 def test_maps_of_nonsense_are_refused(kept_map, model_codes, places):
-    save_map(kept_map, map_key("one"), model_codes, places)
+    latent_space.save_map(kept_map, latent_space.map_key("one"), model_codes, places)
     with pytest.raises(LatentError, match="damaged"):
-        load_map(kept_map, map_key("one"))
+        latent_space.load_map(kept_map, latent_space.map_key("one"))
 
 
 def test_a_space_finds_the_map_that_it_kept(tmp_path):
@@ -83,11 +74,11 @@ def test_a_space_finds_the_map_that_it_kept(tmp_path):
 
 
 def test_a_damaged_map_is_computed_anew(tmp_path):
-    (tmp_path / MAP_FILE).write_bytes(b"damaged")
+    (tmp_path / latent_space.MAP_FILE).write_bytes(b"damaged")
     assert not toy_space(tmp_path, (0.0, 1.0), (0.0, 1.0)).open_map(30).is_final
 
 
-FRAME = TFFrame((0.0, 1000.0), (200.0, 800.0))
+FRAME = latent_space.TFFrame((0.0, 1000.0), (200.0, 800.0))
 RAMP = np.linspace(0.2, 0.7, 256)
 
 
@@ -103,11 +94,11 @@ def test_a_tf_fills_the_window():
     outside = OpacityTF((0.0, 1000.0), (GaussianMode(50.0, 20.0, 0.9),))
     assert FRAME.opacities(outside).max() < 1e-6
     # A window of the whole range adds no step.
-    whole = TFFrame((0.0, 1000.0), (0.0, 1000.0))
+    whole = latent_space.TFFrame((0.0, 1000.0), (0.0, 1000.0))
     assert len(whole.opacity_tf(RAMP).points) == 256
     assert whole.stretched(RAMP[None])[0] == pytest.approx(RAMP, abs=1e-6)
     with pytest.raises(TransferFunctionError):
-        TFFrame((0.0, 1.0), (0.5, 0.5))
+        latent_space.TFFrame((0.0, 1.0), (0.5, 0.5))
 
 
 def test_stretched_tfs_are_the_sampled_ones():
@@ -119,7 +110,7 @@ def test_stretched_tfs_are_the_sampled_ones():
 
 @pytest.fixture(scope="module")
 def space(lively_folder):
-    return LatentSpace.of_model(lively_folder)
+    return latent_space.LatentSpace.of_model(lively_folder)
 
 
 @pytest.fixture(scope="module")
@@ -136,7 +127,9 @@ def test_a_code_is_drawn_as_it_is(lively_generator, space, model_codes, scene):
         encoded = EncodedInputs.of([inputs], scene)
         view = network.opacity.encode_view(encoded.conditions)
         for code, image in zip(
-            model_codes, draw_codes(lively_generator, space, model_codes, inputs), strict=True
+            model_codes,
+            latent_space.draw_codes(lively_generator, space, model_codes, inputs),
+            strict=True,
         ):
             latent = torch.from_numpy(code)[None]
             opacity = network.opacity.decode_image(view, latent)
@@ -149,19 +142,22 @@ def test_the_tf_of_a_code_is_drawn_as_whoever_takes_it_sees_it(
     lively_generator, space, model_codes, scene
 ):
     inputs = draw_sample(scene, 3, "train", 0)
-    drawn = draw_codes(lively_generator, space, model_codes, inputs, "tf")
+    drawn = latent_space.draw_codes(lively_generator, space, model_codes, inputs, "tf")
     for code, image in zip(model_codes, drawn, strict=True):
         taken = lively_generator.render(replace(inputs, opacity_tf=space.tf_of(code)))
         np.testing.assert_allclose(image, taken, atol=1e-5)
-    assert np.abs(drawn - draw_codes(lively_generator, space, model_codes, inputs)).max() > 0.01
+    assert (
+        np.abs(drawn - latent_space.draw_codes(lively_generator, space, model_codes, inputs)).max()
+        > 0.01
+    )
 
 
 def test_codes_that_cannot_be_drawn_are_refused(lively_generator, space, model_codes, scene):
     inputs = draw_sample(scene, 3, "train", 0)
     with pytest.raises(LatentError, match="8 numbers, not 7"):
-        draw_codes(lively_generator, space, model_codes[:, :7], inputs)
+        latent_space.draw_codes(lively_generator, space, model_codes[:, :7], inputs)
     with pytest.raises(LatentError, match="finite"):
-        draw_codes(lively_generator, space, model_codes * np.nan, inputs)
+        latent_space.draw_codes(lively_generator, space, model_codes * np.nan, inputs)
 
 
 @pytest.fixture
@@ -229,8 +225,8 @@ def test_damaged_folders_are_refused(folder):
 
 
 def test_the_shipped_codec_keeps_tfs_and_has_a_map():
-    space = LatentSpace.shipped((0.0, 255.0), (32.0, 224.0))
-    tfs = draw_opacity_tfs(UNIT_SCENE, 99, 0, 500)
+    space = latent_space.LatentSpace.shipped((0.0, 255.0), (32.0, 224.0))
+    tfs = draw_opacity_tfs(latent_space.UNIT_SCENE, 99, 0, 500)
     codes = space.codec.encode(tfs)
     assert np.abs(codes).max() <= 1
     errors = np.sqrt(np.square(space.codec.decode(codes) - tfs).mean(axis=1))

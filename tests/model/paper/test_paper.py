@@ -16,13 +16,7 @@ from model.latent.latent_space import LatentSpace
 from model.networks.card import ModelCard
 from model.networks.checkpoint import save_model
 from model.networks.generator_network import decode_unit
-from model.paper.edits import (
-    AMPLITUDE,
-    MOST_OPACITY,
-    region_edits,
-    suggested_mode,
-    with_mode,
-)
+from model.paper import edits
 from model.paper.exploration import DETAIL_SHARE, WHOLE_SHARE, detail, overview
 from model.paper.subject import Subject
 from model.paper.tables import PAPER_TABLE_1, holdout_errors, table_1
@@ -72,13 +66,15 @@ def test_a_mode_is_suggested_where_most_is_promised_and_room_is_left(subject, in
     responses[[0, 120, 160]] = 9.0, 5.0, -2.0
     opaque = GaussianMode(float(values[120]), 0.02 * (hi - lo), 1.0)
     taken = replace(inputs, opacity_tf=OpacityTF(scene.scalar_range, (opaque,)))
-    assert suggested_mode(scene, bare, responses).mean == pytest.approx(values[120])
-    found = suggested_mode(scene, taken, responses)
+    assert edits.suggested_mode(scene, bare, responses).mean == pytest.approx(values[120])
+    found = edits.suggested_mode(scene, taken, responses)
     assert found.mean == pytest.approx(values[160])
-    assert taken.opacity_tf(found.mean) < MOST_OPACITY
-    again = suggested_mode(scene, bare, responses, GaussianMode(values[120], found.width, 0.1))
+    assert taken.opacity_tf(found.mean) < edits.MOST_OPACITY
+    again = edits.suggested_mode(
+        scene, bare, responses, GaussianMode(values[120], found.width, 0.1)
+    )
     assert again.mean == pytest.approx(values[160])
-    assert found.amplitude == AMPLITUDE
+    assert found.amplitude == edits.AMPLITUDE
 
 
 @pytest.mark.parametrize("as_curve", [False, True])
@@ -92,17 +88,17 @@ def test_a_mode_is_added_to_modes_and_to_curves(subject, inputs, as_curve):
         points = tuple(zip(values.tolist(), before.tolist(), strict=True))
         tf = OpacityTF(scene.scalar_range, points=points)
     mode = GaussianMode(lo + 0.6 * (hi - lo), 0.05 * (hi - lo), 0.3)
-    after = with_mode(replace(inputs, opacity_tf=tf), mode).opacity_tf.sample()
+    after = edits.with_mode(replace(inputs, opacity_tf=tf), mode).opacity_tf.sample()
     bump = 0.3 * np.exp(-(((values - mode.mean) / mode.width) ** 2))
     np.testing.assert_allclose(after, before + bump, atol=1e-4)
 
 
 def test_each_row_goes_on_from_the_edit_before(subject, inputs):
-    steps = region_edits(subject, inputs)
+    steps = edits.region_edits(subject, inputs)
     assert [step.region is None for step in steps] == [False, False, True]
     for before, after in pairwise(steps):
         assert before.mode is not None and before.region is not None
-        assert after.inputs == with_mode(before.inputs, before.mode)
+        assert after.inputs == edits.with_mode(before.inputs, before.mode)
         mask = before.region.mask(subject.size)
         np.testing.assert_allclose(after.drawn, subject.drawn(after.inputs), atol=1e-6)
         assert before.changes[0] == pytest.approx(compare(before.drawn, after.drawn, mask).rmse)
@@ -115,7 +111,7 @@ def test_responses_of_a_region_are_those_of_small_edits(subject, inputs):
     opacity = np.clip(inputs.opacity_tf.sample(scene.scalar_range), 0.1, 0.9)
     # So that there is room for less opacity, too.
     inputs = with_opacity(inputs, opacity)
-    (step, *_) = region_edits(subject, inputs)
+    (step, *_) = edits.region_edits(subject, inputs)
     assert step.region is not None and step.responses is not None
     mask = step.region.mask(subject.size)
     index = 128

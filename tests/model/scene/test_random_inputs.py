@@ -5,14 +5,7 @@ import numpy as np
 import pytest
 
 from model.samples.sampling import draw_sample, sample_kind, sample_rng
-from model.scene.random_inputs import (
-    SHARES,
-    OpacityKind,
-    draw_color_tf,
-    draw_kind,
-    draw_opacity_tf,
-    opacity_tf_of,
-)
+from model.scene import random_inputs
 from model.scene.scene import Scene
 from model.scene.tf_editing import fitted_curve, fitted_modes
 from model.scene.transfer_function import GaussianMode, OpacityTF
@@ -24,18 +17,20 @@ PAPER = Scene("v", "f", RANGE, WINDOW, 64, tf_family="paper")
 
 
 def test_kinds_have_their_shares():
-    assert set(SHARES) == set(get_args(OpacityKind))
-    assert sum(SHARES.values()) == pytest.approx(1)
+    assert set(random_inputs.SHARES) == set(get_args(random_inputs.OpacityKind))
+    assert sum(random_inputs.SHARES.values()) == pytest.approx(1)
     rng = np.random.default_rng(1)
-    kinds = [draw_kind(rng, SCENE) for _ in range(5000)]
-    for kind, share in SHARES.items():
+    kinds = [random_inputs.draw_kind(rng, SCENE) for _ in range(5000)]
+    for kind, share in random_inputs.SHARES.items():
         assert kinds.count(kind) / 5000 == pytest.approx(share, abs=0.03)
 
 
 def test_the_papers_family_draws_its_mixtures_as_before():
     one, other = np.random.default_rng(5), np.random.default_rng(5)
     for _ in range(20):
-        assert draw_opacity_tf(one, PAPER) == opacity_tf_of("modes", other, PAPER)
+        assert random_inputs.draw_opacity_tf(one, PAPER) == random_inputs.opacity_tf_of(
+            "modes", other, PAPER
+        )
 
 
 def test_a_samples_kind_is_that_of_its_tf():
@@ -58,11 +53,11 @@ def densely(tf):
     return OpacityTF(SPAN, points=tuple(zip(values, heights, strict=True)))
 
 
-@pytest.mark.parametrize("kind", SHARES)
+@pytest.mark.parametrize("kind", random_inputs.SHARES)
 def test_a_curve_of_few_points_is_close(kind):
     rng = np.random.default_rng(0)
     for _ in range(5):
-        tf = densely(opacity_tf_of(kind, rng, ANY))
+        tf = densely(random_inputs.opacity_tf_of(kind, rng, ANY))
         curve = fitted_curve(tf)
         largest = np.abs(np.sqrt(curve.sample()) - np.sqrt(tf.sample())).max()
         assert largest <= 0.021
@@ -90,7 +85,7 @@ DRAWS = 2000
 
 def opacity_tfs():
     rng = np.random.default_rng(0)
-    return [draw_opacity_tf(rng, PAPER) for _ in range(DRAWS)]
+    return [random_inputs.draw_opacity_tf(rng, PAPER) for _ in range(DRAWS)]
 
 
 def test_a_sample_depends_on_seed_split_and_index_only(scene):
@@ -144,7 +139,7 @@ def test_modes_keep_their_limits():
 def test_modes_are_light_and_the_ends_dark():
     rng = np.random.default_rng(1)
     for tf in opacity_tfs()[:300]:
-        color = draw_color_tf(rng, PAPER, tf)
+        color = random_inputs.draw_color_tf(rng, PAPER, tf)
         lightness = [colorsys.rgb_to_hls(*stop[1:])[1] for stop in color.stops]
         assert max(lightness[0], lightness[-1]) <= 0.4 + 1e-9
         assert min(lightness[1:-1]) >= 0.6 - 1e-9

@@ -2,7 +2,7 @@
 
 import json
 import math
-from dataclasses import replace
+from dataclasses import asdict, replace
 
 import numpy as np
 import pytest
@@ -282,7 +282,7 @@ def test_it_is_the_same_volume():
     assert back.voxels is volume.voxels and back.scalar_range == (1.0, 2.0)
     assert volume.over((-1.0, 2.0), "log").scalar_range == (-1.0, 2.0)
     assert Scene.of(log, 64).scale == "log"
-    assert Scene.from_json(json.loads(json.dumps(Scene.of(log, 64).to_json()))).scale == "log"
+    assert Scene.from_json(json.loads(json.dumps(asdict(Scene.of(log, 64))))).scale == "log"
 
 
 @pytest.mark.parametrize("voxels", [-noise(), np.where(noise() > 1, -1.0, 7.0), noise() * 0 - 1])

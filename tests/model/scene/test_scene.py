@@ -1,6 +1,6 @@
 import json
 import math
-from dataclasses import replace
+from dataclasses import asdict, replace
 
 import numpy as np
 import pytest
@@ -71,7 +71,7 @@ SCENE = Scene.of(make_volume(), 16)
 def test_a_scene_survives_json(lighting):
     for movable in (False, True)[: 1 + (lighting != "none")]:
         scene = Scene.of(make_volume(), 128, lighting, movable_light=movable, up="-y")
-        assert Scene.from_json(json.loads(json.dumps(scene.to_json()))) == scene
+        assert Scene.from_json(json.loads(json.dumps(asdict(scene)))) == scene
         assert (scene.light is None) == (lighting == "none")
 
 

@@ -5,20 +5,10 @@ import pytest
 import SimpleITK
 from scipy.ndimage import binary_erosion
 
+from model.scene import slices
 from model.scene.clip_plane import ClipPlane
 from model.scene.labels import label_range, label_tf
 from model.scene.mask import Mask
-from model.scene.slices import (
-    SlicePaint,
-    coordinates,
-    cut_away,
-    gray_window,
-    place_at,
-    planes_of,
-    stored_at,
-    usual_window,
-    voxel_of,
-)
 from model.scene.transfer_function import ColorTF, OpacityTF, TransferFunction
 from model.scene.volume import FileFacts, Volume
 
@@ -43,15 +33,15 @@ def volume():
 @pytest.mark.parametrize("up", ["+z", "-z", "+y", "-x"])
 @pytest.mark.parametrize("labels", [(), LPS])
 def test_each_pixel_is_the_voxel_at_its_place(volume, up, labels):
-    for plane in planes_of(up, labels):
-        place = place_at(volume, (4, 1, 2))
+    for plane in slices.planes_of(up, labels):
+        place = slices.place_at(volume, (4, 1, 2))
         picture = plane.cut(volume.voxels, place)
         assert np.shares_memory(picture, volume.voxels)
         height, width = picture.shape
         for row, column in np.ndindex(picture.shape):
             at = plane.moved(place, (column / (width - 1), row / (height - 1)))
             assert plane.in_picture(at) == pytest.approx((column / (width - 1), row / (height - 1)))
-            x, y, z = voxel_of(volume, at)
+            x, y, z = slices.voxel_of(volume, at)
             assert picture[row, column] == volume.voxels[z, y, x]
             assert (x, y, z)[plane.axis] == (4, 1, 2)[plane.axis]
 
@@ -59,17 +49,17 @@ def test_each_pixel_is_the_voxel_at_its_place(volume, up, labels):
 @pytest.mark.parametrize("up", ["+z", "-y"])
 def test_what_mask_and_clipping_plane_cut_away_is_known_of_each_voxel(volume, up):
     shown = np.random.default_rng(2).random(volume.voxels.shape) < 0.7
-    clip, place = ClipPlane((1.0, 2.0, -1.0), 0.1), place_at(volume, (4, 1, 2))
+    clip, place = ClipPlane((1.0, 2.0, -1.0), 0.1), slices.place_at(volume, (4, 1, 2))
     voxels = np.stack(np.meshgrid(*map(np.arange, shown.shape), indexing="ij")[::-1], axis=-1)
     away = (voxels - (np.array([6, 5, 4]) - 1) / 2) * volume.spacing
     diagonal = np.linalg.norm((np.array([6, 5, 4]) - 1) * volume.spacing)
     beyond = away @ clip.normal > 0.1 * diagonal / 2
     assert 0.2 < beyond.mean() < 0.8
     mask = Mask.of(shown)
-    for plane in planes_of(up):
-        assert cut_away(volume, plane, place, None, None) is None
+    for plane in slices.planes_of(up):
+        assert slices.cut_away(volume, plane, place, None, None) is None
         for each in ((mask, None, ~shown), (None, clip, beyond), (mask, clip, ~shown | beyond)):
-            found = cut_away(volume, plane, place, *each[:2])
+            found = slices.cut_away(volume, plane, place, *each[:2])
             np.testing.assert_array_equal(found, plane.cut(each[2], place))
 
 
@@ -77,7 +67,9 @@ def test_what_mask_and_clipping_plane_cut_away_is_known_of_each_voxel(volume, up
     ("up", "labels"), [("+z", LPS), ("+z", tuple("RLAPSI")), ("-y", tuple("APISLR")), ("+z", ())]
 )
 def test_patients_are_seen_as_radiologists_see_them(up, labels):
-    names, edges = zip(*((plane.name, plane.edges) for plane in planes_of(up, labels)), strict=True)
+    names, edges = zip(
+        *((plane.name, plane.edges) for plane in slices.planes_of(up, labels)), strict=True
+    )
     if labels:
         assert names == ("Axial", "Coronal", "Sagittal")
         assert edges == (tuple("RLPA"), tuple("RLIS"), tuple("APIS"))
@@ -97,7 +89,9 @@ def test_places_are_those_of_another_library(volume, scale):
     placed = Volume(volume.voxels, tuple(spacing), tuple(origin), file=facts)
     for voxel in ((0, 0, 0), (5, 4, 3), (2, 3, 1)):
         truth = np.array(image.TransformIndexToPhysicalPoint(voxel))
-        letters, numbers = zip(*coordinates(placed, place_at(placed, voxel)), strict=True)
+        letters, numbers = zip(
+            *slices.coordinates(placed, slices.place_at(placed, voxel)), strict=True
+        )
         assert numbers == pytest.approx(np.abs(truth), rel=1e-9)
         assert letters == tuple(np.where(truth < 0, list("RAI"), list("LPS")))
 
@@ -107,17 +101,17 @@ def test_values_are_those_of_the_file_on_any_scale():
     missing[1, 2, 3] = True
     volume = volume_of(np.arange(1.0, 25.0).reshape(2, 3, 4), missing=missing)
     for shown in (volume, volume.on_scale("log"), volume.over((3.0, 4.0))):
-        assert stored_at(shown, place_at(shown, (1, 2, 0))) == 10.0
-        assert stored_at(shown, (1.0, 1.0, 1.0)) is None
-    assert stored_at(volume.drawing_missing(True), (1.0, 1.0, 1.0)) == 24.0
+        assert slices.stored_at(shown, slices.place_at(shown, (1, 2, 0))) == 10.0
+        assert slices.stored_at(shown, (1.0, 1.0, 1.0)) is None
+    assert slices.stored_at(volume.drawing_missing(True), (1.0, 1.0, 1.0)) == 24.0
 
 
 @pytest.mark.parametrize("dtype", [np.uint8, np.int16, np.float32, np.float64])
 def test_gray_is_the_window_and_clipped_outside(dtype):
     values = np.array([[0, 10, 20], [30, 40, 120]], dtype)
-    picture = SlicePaint.of((10.0, 30.0), None).picture(values)
+    picture = slices.SlicePaint.of((10.0, 30.0), None).picture(values)
     # Slices may lie in memory in any order.
-    turned = SlicePaint.of((10.0, 30.0), None).picture(values.T)
+    turned = slices.SlicePaint.of((10.0, 30.0), None).picture(values.T)
     np.testing.assert_array_equal(turned, picture.transpose(1, 0, 2))
     wanted = np.clip((values.astype(float) - 10) / 20, 0, 1) * 255
     np.testing.assert_allclose(picture[..., :3], wanted[..., None].repeat(3, 2), atol=0.5 + 1e-9)
@@ -131,7 +125,7 @@ def test_colours_are_the_tfs_and_the_overlay_mixes_them_by_opacity():
     gray, opacity = np.clip(inside / 50, 0, 1)[..., None], TF.opacity(inside)[..., None]
     mixed = gray * (1 - opacity) + colors * opacity
     for is_overlay, wanted in ((False, colors), (True, mixed)):
-        picture = SlicePaint.of((0.0, 50.0), TF, is_overlay).picture(values)
+        picture = slices.SlicePaint.of((0.0, 50.0), TF, is_overlay).picture(values)
         np.testing.assert_allclose(picture[..., :3], 255 * wanted, atol=1 + is_overlay)
 
 
@@ -139,7 +133,7 @@ def test_labels_have_exactly_their_colours():
     voxels = np.arange(24, dtype=np.uint8).reshape(2, 3, 4) % 7
     volume = volume_of(voxels).over(label_range(volume_of(voxels)))
     tf = label_tf(volume)
-    picture = SlicePaint.of(volume.scalar_range, tf).picture(voxels[1])
+    picture = slices.SlicePaint.of(volume.scalar_range, tf).picture(voxels[1])
     wanted = np.rint(255 * tf.color(voxels[1].astype(float)))
     np.testing.assert_array_equal(picture[..., :3], wanted)
 
@@ -150,7 +144,7 @@ def test_missing_voxels_are_clear_and_a_band_is_outlined(dtype):
     values = rng.integers(0, 100, (40, 50)).astype(dtype)
     values[5:20, 10:30] = 70
     missing = rng.random(values.shape) < 0.1
-    paint = SlicePaint.of(RANGE, None)
+    paint = slices.SlicePaint.of(RANGE, None)
     picture = paint.picture(values, missing, (59.5, 80.5), 0x0A0B0C)
     inside = (values >= 60) & (values <= 80) & ~missing
     edge = inside & ~binary_erosion(inside, border_value=1)
@@ -164,10 +158,10 @@ def test_missing_voxels_are_clear_and_a_band_is_outlined(dtype):
 def test_the_usual_window_has_nearly_all_voxels_and_a_dragged_one_stays_useful():
     values = np.random.default_rng(0).normal(size=100_000)
     counts, edges = np.histogram(values, 256)
-    low, high = usual_window(counts, edges)
+    low, high = slices.usual_window(counts, edges)
     assert 0.995 < np.mean((values >= low) & (values <= high)) < 1
-    assert usual_window(np.array([0, 9, 0]), np.arange(4.0)) == (1.0, 2.0)
-    assert gray_window((10.0, 30.0), RANGE, 2.0, 0.25) == pytest.approx((10.0, 50.0))
-    low, high = gray_window((10.0, 30.0), RANGE, 0.0, 0.0)
+    assert slices.usual_window(np.array([0, 9, 0]), np.arange(4.0)) == (1.0, 2.0)
+    assert slices.gray_window((10.0, 30.0), RANGE, 2.0, 0.25) == pytest.approx((10.0, 50.0))
+    low, high = slices.gray_window((10.0, 30.0), RANGE, 0.0, 0.0)
     assert low < high and np.isfinite([low, high]).all()
-    assert max(gray_window((10.0, 30.0), RANGE, 1.0, 1e9)) <= 120
+    assert max(slices.gray_window((10.0, 30.0), RANGE, 1.0, 1e9)) <= 120

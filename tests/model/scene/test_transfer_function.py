@@ -8,15 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from model.errors import TransferFunctionError
+from model.scene import tf_presets
 from model.scene.default_tf import default_transfer_function, is_smoke
 from model.scene.scene import default_scalar_window
-from model.scene.tf_presets import (
-    COLOR_MAPS,
-    color_tf_of_map,
-    looks_like_hu,
-    map_colors,
-    presets,
-)
 from model.scene.thinned_volume import ThinnedVolume
 from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF, TransferFunction
 from model.scene.volume import Volume
@@ -164,12 +158,12 @@ def test_values_that_are_no_fractions_need_a_range():
     assert TransferFunction.from_json(tf | {"range": [0, 100]}).color.stops[0][0] == 40
 
 
-@pytest.mark.parametrize("name", COLOR_MAPS)
+@pytest.mark.parametrize("name", tf_presets.COLOR_MAPS)
 def test_a_color_tf_is_near_its_map_everywhere(name):
-    color = color_tf_of_map(name, (-5.0, 12.0))
+    color = tf_presets.color_tf_of_map(name, (-5.0, 12.0))
     assert len(color.stops) == 9
     assert (color.stops[0][0], color.stops[-1][0]) == (-5.0, 12.0)
-    np.testing.assert_allclose(color.sample(count=101), map_colors(name, 101), atol=0.08)
+    np.testing.assert_allclose(color.sample(count=101), tf_presets.map_colors(name, 101), atol=0.08)
 
 
 def ct(rng, scale=1.0, shift=0.0):
@@ -182,11 +176,13 @@ def ct(rng, scale=1.0, shift=0.0):
 def named(values, units=""):
     counts, edges = np.histogram(values, bins=256)
     lo, hi = float(edges[0]), float(edges[-1])
-    return {p.name: p.tf for p in presets((lo, hi), counts, edges, units)}
+    return {p.name: p.tf for p in tf_presets.presets((lo, hi), counts, edges, units)}
 
 
 def test_those_of_ct_show_what_their_names_say():
-    assert looks_like_hu((-1000.0, 3000.0)) and not looks_like_hu((0.0, 4095.0))
+    assert tf_presets.looks_like_hu((-1000.0, 3000.0)) and not tf_presets.looks_like_hu(
+        (0.0, 4095.0)
+    )
     found = named(ct(np.random.default_rng(0)))
     bone, skin, vessels = (found[name].opacity for name in ("Bone white", "Skin", "Vessels"))
     air, muscle, contrast, dense = -1000.0, 40.0, 300.0, 900.0
@@ -226,7 +222,7 @@ def test_all_span_the_range_asked_for_and_differ():
     values = ct(np.random.default_rng(1))
     counts, edges = np.histogram(values, bins=256)
     for scalar_range in ((-1000.0, 1500.0), (0.0, 300.0), (-5000.0, 9000.0)):
-        found = [p.tf for p in presets(scalar_range, counts, edges)]
+        found = [p.tf for p in tf_presets.presets(scalar_range, counts, edges)]
         assert len(found) == 7
         assert {tf.scalar_range for tf in found} == {scalar_range}
         assert {(tf.color.stops[0][0], tf.color.stops[-1][0]) for tf in found} == {scalar_range}
@@ -308,5 +304,5 @@ def test_the_best_for_the_kind_of_data_come_first_whatever_range_is_shown(of_pat
     first = "Bone white" if of_patient else "Opaque surface"
     for lo, hi in ((-1000.0, 1500.0), (0.0, 300.0)):
         counts, edges = np.histogram(values, bins=256, range=(lo, hi))
-        listed = presets((lo, hi), counts, edges, of_patient=of_patient)
+        listed = tf_presets.presets((lo, hi), counts, edges, of_patient=of_patient)
         assert listed[0].name == first and len(listed) == 7

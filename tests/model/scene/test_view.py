@@ -12,23 +12,8 @@ from hypothesis import strategies as st
 from vtkmodules.vtkRenderingCore import vtkCamera
 
 from model.rendering.raycast.rays import camera_array
+from model.scene import orientation
 from model.scene.crop import CropBox
-from model.scene.orientation import (
-    FARTHEST_HOME,
-    FILLED,
-    MARGIN,
-    NEAREST_HOME,
-    STANDARD_VIEWS,
-    WHOLE,
-    angles_in,
-    corners,
-    faces,
-    fit_distance,
-    home_view,
-    standard_view,
-    turntable,
-    view_in,
-)
 from model.scene.region import SQUARE
 from model.scene.thinned_volume import ThinnedVolume
 from model.scene.transfer_function import OpacityTF
@@ -84,17 +69,17 @@ def test_at_a_pole_there_is_no_roll(elevation):
 @settings(max_examples=25)
 @given(st.floats(-1e4, 1e4), st.floats(-90, 90), st.floats(-1e4, 1e4))
 def test_with_z_up_angles_are_the_views_own_to_the_bit(a, e, r):
-    view = view_in("+z", a, e, r, PLACED)
+    view = orientation.view_in("+z", a, e, r, PLACED)
     assert view == replace(PLACED, azimuth=a, elevation=e, roll=r)
-    assert angles_in("+z", view) == (a, e, r)
-    assert view_in("+z", a, e, r, front="-y").azimuth == a
+    assert orientation.angles_in("+z", view) == (a, e, r)
+    assert orientation.view_in("+z", a, e, r, front="-y").azimuth == a
 
 
 @settings(max_examples=25)
 @given(ups, ups, st.floats(0, 359), st.floats(-89, 89), st.floats(-179, 179))
 def test_angles_come_back(up, front, a, e, r):
-    view = view_in(up, a, e, r, PLACED, front=front)
-    azimuth, elevation, roll = angles_in(up, view, front=front)
+    view = orientation.view_in(up, a, e, r, PLACED, front=front)
+    azimuth, elevation, roll = orientation.angles_in(up, view, front=front)
     assert (azimuth - a + 180) % 360 - 180 == pytest.approx(0, abs=1e-7)
     assert (elevation, roll) == pytest.approx((e, r), abs=1e-7)
     assert view.with_basis(PLACED.basis()) == PLACED
@@ -103,7 +88,7 @@ def test_angles_come_back(up, front, a, e, r):
 @settings(max_examples=25)
 @given(ups, ups)
 def test_faces_are_what_the_camera_of_vtk_sees(up, front):
-    found = faces(up, front)
+    found = orientation.faces(up, front)
     assert sorted(found.values()) == sorted(AXES)
     if front[1] != up[1]:
         assert found["Front"] == front
@@ -141,9 +126,9 @@ def projected(view, proportions, box=WHOLE_BOX, places=None):
 @given(views)
 def test_a_box_at_the_fit_distance_just_fits_the_width_or_the_height(lengths, reach, view):
     proportions = proportions_of(lengths)
-    at = replace(view, distance=fit_distance(proportions, view, reach=reach))
+    at = replace(view, distance=orientation.fit_distance(proportions, view, reach=reach))
     across, along = np.abs(projected(at, proportions)).max(axis=0) / (2 * np.array(reach))
-    assert max(across, along) == pytest.approx(1 - MARGIN)
+    assert max(across, along) == pytest.approx(1 - orientation.MARGIN)
 
 
 @pytest.mark.parametrize("reach", [(1.5, 0.5), (0.5, 0.8), (0.5, 0.5)])
@@ -151,25 +136,29 @@ def test_a_box_at_the_fit_distance_just_fits_the_width_or_the_height(lengths, re
 def test_the_home_view_is_filled_by_the_part_that_is_shown(up, reach):
     proportions = proportions_of((1.0, 0.8, 1.3))
     box = CropBox((0.3, 0.2, 0.25), (0.8, 0.6, 0.75))
-    home = home_view(proportions, up, points=corners(box), reach=reach)
+    home = orientation.home_view(proportions, up, points=orientation.corners(box), reach=reach)
     image = projected(home, proportions, box) + np.array([home.pan_x, home.pan_y])
     low, high = image.min(axis=0), image.max(axis=0)
     width, height = (high - low) / (4 * np.array(reach))
     if reach == SQUARE:
         # Models' pictures are not panned: what lies beside the middle is all in the image.
         assert (home.pan_x, home.pan_y) == (0.0, 0.0)
-        filled = (height / FILLED, width / (1 - MARGIN), np.abs(image).max() / (1 - MARGIN))
+        filled = (
+            height / orientation.FILLED,
+            width / (1 - orientation.MARGIN),
+            np.abs(image).max() / (1 - orientation.MARGIN),
+        )
     else:
         np.testing.assert_allclose(low, -high, atol=1e-6)
-        filled = (height / FILLED, width / (1 - MARGIN))
+        filled = (height / orientation.FILLED, width / (1 - orientation.MARGIN))
     assert max(filled) == pytest.approx(1, abs=1e-4)
 
 
 @pytest.mark.parametrize("lengths", BOXES)
 def test_beside_a_model_the_home_view_is_within_its_training(lengths):
-    home = home_view(proportions_of(lengths), points=0.1 * WHOLE + 0.45)
-    assert home.distance == NEAREST_HOME
-    assert home_view(proportions_of(lengths)).distance <= FARTHEST_HOME
+    home = orientation.home_view(proportions_of(lengths), points=0.1 * orientation.WHOLE + 0.45)
+    assert home.distance == orientation.NEAREST_HOME
+    assert orientation.home_view(proportions_of(lengths)).distance <= orientation.FARTHEST_HOME
 
 
 EVEN = (1.0, 1.0, 1.0)
@@ -203,15 +192,17 @@ def test_what_the_tf_shows_fills_the_height_of_the_image_from_its_best_side(name
     volume = Volume(np.where(shown, 200, 20).astype(np.uint8), spacing)
     opacity = OpacityTF((20.0, 200.0), points=((100.0, 0.0), (200.0, 0.9)))
     points = ThinnedVolume.of(volume).shown_points(opacity)
-    home = home_view(volume.proportions, points=points, reach=reach)
+    home = orientation.home_view(volume.proportions, points=points, reach=reach)
     assert (home.azimuth, home.elevation) == angles
     # All corners of the cells that are shown, in the picture of VTK's camera.
-    places = (np.argwhere(shown)[:, None, ::-1] + WHOLE).reshape(-1, 3) / volume.dimensions
+    places = (np.argwhere(shown)[:, None, ::-1] + orientation.WHOLE).reshape(
+        -1, 3
+    ) / volume.dimensions
     image = projected(home, volume.proportions, places=places)
     image += (home.pan_x, home.pan_y)
     width, height = np.ptp(image, axis=0) / (4 * np.array(reach))
-    assert height == pytest.approx(FILLED, abs=0.025) or (
-        width == pytest.approx(1 - MARGIN, abs=0.025) and height < FILLED
+    assert height == pytest.approx(orientation.FILLED, abs=0.025) or (
+        width == pytest.approx(1 - orientation.MARGIN, abs=0.025) and height < orientation.FILLED
     )
     # Off the middle by a voxel at most: only every second one of the large box is looked at.
     assert np.abs(image.max(axis=0) + image.min(axis=0)).max() < 0.1
@@ -222,18 +213,20 @@ def test_what_the_tf_shows_fills_the_height_of_the_image_from_its_best_side(name
     [((1.0, 0.6, 1.2), (0, 15)), ((0.1, 1.0, 1.2), (30, 15)), ((1.0, 1.0, 0.1), (0, 35))],
 )
 def test_a_patient_is_seen_from_the_front_unless_a_neighbour_shows_much_more(lengths, angles):
-    home = home_view(proportions_of(lengths), front="-y")
+    home = orientation.home_view(proportions_of(lengths), front="-y")
     assert (home.azimuth, home.elevation) == angles
     # The same in another frame.
     x, y, z = lengths
-    turned = home_view(proportions_of((y, z, x)), "-y", front="+x")
-    assert angles_in("-y", turned, front="+x") == pytest.approx((*angles, 0), abs=1e-6)
+    turned = orientation.home_view(proportions_of((y, z, x)), "-y", front="+x")
+    assert orientation.angles_in("-y", turned, front="+x") == pytest.approx((*angles, 0), abs=1e-6)
 
 
-@pytest.mark.parametrize("name", STANDARD_VIEWS)
+@pytest.mark.parametrize("name", orientation.STANDARD_VIEWS)
 def test_standard_views_look_from_their_faces(name):
-    view = standard_view(name, PLACED, "-y", front="+x")
-    assert view.basis()[2] == pytest.approx(axis_direction(faces("-y", "+x")[name]), abs=1e-9)
+    view = orientation.standard_view(name, PLACED, "-y", front="+x")
+    assert view.basis()[2] == pytest.approx(
+        axis_direction(orientation.faces("-y", "+x")[name]), abs=1e-9
+    )
     assert view.with_basis(PLACED.basis()) == replace(PLACED, pan_x=0.0, pan_y=0.0)
 
 
@@ -265,7 +258,7 @@ def test_bounding_sphere_fills_the_image_at_distance_1():
 @given(st.sampled_from(AXES), st.floats(0, 360), st.floats(-80, 80), st.floats(-10, 10))
 def test_vectors_are_about_the_ranges_up_axis(up, a, e, r):
     view_range = ViewRange(up=up)
-    view = view_in(up, a, e, r, View(distance=0.7))
+    view = orientation.view_in(up, a, e, r, View(distance=0.7))
     vector = view.vector(view_range)
     assert np.abs(vector).max() <= 1 + 1e-6
     # Elevation and roll from the axes alone: how far the camera is above the plane, and how
@@ -348,7 +341,7 @@ VIEW = View(25.0, -30.0, 12.0, 0.8, 0.1, -0.2)
 
 @pytest.mark.parametrize("up", AXES)
 def test_equal_steps_about_the_up_axis(up):
-    views = turntable(VIEW, 8, up, PROPORTIONS)
+    views = orientation.turntable(VIEW, 8, up, PROPORTIONS)
     assert len(views) == 8 and views[0] == VIEW
     axis = np.array(axis_direction(up), dtype=float)
     bases = [view.basis() for view in (*views, views[0])]

@@ -1,7 +1,7 @@
 import csv
 import itertools
 import json
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -230,7 +230,7 @@ def test_a_model_of_another_network_or_scene_is_refused(store, finished):
     start.check(size, replace(scene, volume_name="another", volume_fingerprint="1"))
     with pytest.raises(TrainingError, match=r"width \(0\.125, not 0\.25\)"):
         start.check(replace(size, width=0.25), scene)
-    longer = Scene.from_json(json.loads(json.dumps(scene.to_json())) | {"proportions": [1, 1, 0.5]})
+    longer = Scene.from_json(json.loads(json.dumps(asdict(scene))) | {"proportions": [1, 1, 0.5]})
     with pytest.raises(TrainingError, match="proportions"):
         start.check(size, longer)
     lit = replace(scene, lighting="direct", light=LightDirection(), light_range=LightRange())

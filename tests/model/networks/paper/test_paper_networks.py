@@ -3,27 +3,19 @@ import torch
 from torch import nn
 
 from model.errors import TfscopeError
+from model.networks import paper
 from model.networks.blocks import ResidualBlock, parameter_count
 from model.networks.generator_network import EncodedInputs
-from model.networks.paper import (
-    ColorAttention,
-    OpacityDiscriminator,
-    OpacityGenerator,
-    TranslationDiscriminator,
-    TranslationGenerator,
-    TwoStageGenerator,
-    color_table,
-)
 from model.networks.size import NetworkSize
 
 
 @pytest.mark.parametrize(
     ("network", "count"),
     [
-        (OpacityGenerator, 11_597_640),
-        (OpacityDiscriminator, 9_534_209),
-        (TranslationGenerator, 14_759_827),
-        (TranslationDiscriminator, 12_963_969),
+        (paper.OpacityGenerator, 11_597_640),
+        (paper.OpacityDiscriminator, 9_534_209),
+        (paper.TranslationGenerator, 14_759_827),
+        (paper.TranslationDiscriminator, 12_963_969),
     ],
 )
 def test_full_width_has_the_published_number_of_parameters(network, count):
@@ -42,7 +34,7 @@ SIZES = [
 @pytest.mark.parametrize("size", SIZES, ids=str)
 def test_shapes_follow_from_the_size(size):
     inputs = EncodedInputs(torch.randn(2, 5), torch.randn(2, 256), torch.randn(2, 3, 256))
-    network = TwoStageGenerator(size)
+    network = paper.TwoStageGenerator(size)
     image, opacity = network(inputs)
     assert image.shape == (2, 3, size.image_size, size.image_size)
     assert opacity.shape == (2, 1, size.opacity_size, size.opacity_size)
@@ -50,8 +42,8 @@ def test_shapes_follow_from_the_size(size):
     latent = network.opacity.encode(inputs.opacity_tf)
     assert latent.shape == (2, size.latent_dim)
     assert network.opacity.decode(latent).shape == (2, 256)
-    assert OpacityDiscriminator(size)(inputs, opacity).shape == (2, 1)
-    assert TranslationDiscriminator(size)(inputs, image).shape == (2, 1)
+    assert paper.OpacityDiscriminator(size)(inputs, opacity).shape == (2, 1)
+    assert paper.TranslationDiscriminator(size)(inputs, image).shape == (2, 1)
 
 
 @pytest.mark.parametrize(
@@ -101,8 +93,8 @@ def lively(network):
 
 def test_the_image_has_the_whole_gradient_to_the_opacity_tf():
     """Against central differences in float64."""
-    network = lively(TwoStageGenerator(NetworkSize(0.125, 16, 16)))
-    assert isinstance(network, TwoStageGenerator)
+    network = lively(paper.TwoStageGenerator(NetworkSize(0.125, 16, 16)))
+    assert isinstance(network, paper.TwoStageGenerator)
     torch.manual_seed(2)
     view = torch.rand(1, 5).double()
     color = torch.rand(1, 3, 256).double()
@@ -128,16 +120,16 @@ SIZE = NetworkSize(0.125, 32, 64, color_attention=True)
 @pytest.fixture
 def attention():
     torch.manual_seed(0)
-    return ColorAttention(SIZE, 8).double()
+    return paper.ColorAttention(SIZE, 8).double()
 
 
 def test_pixels_show_mixtures_of_the_colours_that_are_there(attention):
     x, latent = torch.randn(2, 8, 5, 4).double(), torch.randn(2, 8).double()
     one_color = torch.tensor([0.3, -0.2, 0.9], dtype=torch.float64)
-    same = color_table(one_color[None, :, None].expand(2, 3, 256))
+    same = paper.color_table(one_color[None, :, None].expand(2, 3, 256))
     mixed = attention.colors(x, latent, same)
     torch.testing.assert_close(mixed, one_color[None, :, None, None].expand(2, 3, 5, 4))
     many = torch.rand(2, 3, 256, dtype=torch.float64)
-    mixed = attention.colors(x, latent, color_table(many))
+    mixed = attention.colors(x, latent, paper.color_table(many))
     assert (mixed >= many.amin(2)[:, :, None, None]).all()
     assert (mixed <= many.amax(2)[:, :, None, None]).all()
