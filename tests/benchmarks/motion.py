@@ -1,10 +1,13 @@
 """Pictures a second that the real window shows while something is dragged, and those at rest.
 
-The window's renderer then draws the same pictures alone, as often as it did in the drag.
+The window's renderer then draws the same pictures alone, as often as it did in the drag. With
+`--burners`, so many other processes keep the processors busy.
 """
 
 import math
 import os
+import subprocess
+import sys
 import time
 from contextlib import ExitStack, contextmanager
 from functools import partial
@@ -34,12 +37,12 @@ PATIENCE_S, QUIET_S = 120.0, 1.0
 
 HEADING = (
     *("light", "shown/s", "renderer's share", "width", "first, ms", "GUI, cores"),
-    *("oldest change, ms", "sharp, s", "last, s"),
+    *("oldest picture, ms", "oldest change, ms", "sharp, s", "last, s"),
 )
 
 
 class Watched(QObject):
-    """Notes when the window paints a new picture, and how old are its sensitivities."""
+    """Notes when the window paints a new picture, and how old it and its sensitivities become."""
 
     def __init__(self, window):
         super().__init__(window)
@@ -52,8 +55,8 @@ class Watched(QObject):
 
     def begin(self):
         now = time.perf_counter()
-        self.painted, self.oldest = [], 0.0
-        self._states = [(self._window.state.inputs, now)]
+        self.painted, self.oldest, self.oldest_picture = [], 0.0, 0.0
+        self._states, self._shown = [(self._window.state.inputs, now)], now
         asked = self._window.sensitivity_state
         shown = {"region": asked.shows_curve, "visibility": asked.choices.shown}
         self._born = {what: now for what, is_shown in shown.items() if is_shown}
@@ -64,12 +67,23 @@ class Watched(QObject):
 
     def eventFilter(self, _canvas, event):  # noqa: N802
         if event.type() == QEvent.Type.Paint and self._new:
+            self.look_at_picture()
             self.painted.append((time.perf_counter(), self._new))
-            self._new = 0
+            self._new, self._shown = 0, self._coming
         return False
+
+    def look_at_picture(self):
+        self.oldest_picture = max(self.oldest_picture, time.perf_counter() - self._shown)
 
     def _note_picture(self, result):
         self._new = 0 if result.value is None else result.value.shape[1]
+        self._coming = self._birth(result, self._shown)
+
+    def _birth(self, result, otherwise):
+        """When the state that an answer is of began."""
+        inputs = result.request.inputs
+        found = (born for state, born in reversed(self._states) if state == inputs)
+        return next(found, otherwise)
 
     def _note_state(self):
         self._states.append((self._window.state.inputs, time.perf_counter()))
@@ -78,9 +92,7 @@ class Watched(QObject):
         self.look()
         answer = getattr(self._window.workspace.sensitivity, what) if what in self._born else None
         if answer is not None:
-            inputs = answer.request.inputs
-            found = (born for state, born in reversed(self._states) if state == inputs)
-            self._born[what] = next(found, self._born[what])
+            self._born[what] = self._birth(answer, self._born[what])
 
 
 @contextmanager
@@ -98,6 +110,19 @@ def recorded(drawn):
         for cls, name in ((RaycastRenderer, "render"), (RefiningRenderer, "moving")):
             patches.enter_context(patch.object(cls, name, noting(getattr(cls, name))))
         yield
+
+
+@contextmanager
+def burners(count):
+    """Keep the processors busy meanwhile by other processes."""
+    command = [sys.executable, "-c", "while True: pass"]
+    burning = [subprocess.Popen(command) for _ in range(count)]
+    try:
+        yield
+    finally:
+        for process in burning:
+            process.kill()
+            process.wait()
 
 
 def run(seconds, step=lambda: None):
@@ -175,10 +200,11 @@ def measured(path, lighting, asked):
         QTest.mouseMove(widget, start + QPoint(round(right), round(down)))
         watched.look()
 
-    with recorded(drawn):
+    with recorded(drawn), burners(asked.burners):
         run(asked.seconds, move)
+        watched.look_at_picture()
     cpu, ended = time.thread_time() - cpu, time.perf_counter()
-    painted, oldest = list(watched.painted), watched.oldest
+    painted, oldest, oldest_picture = watched.painted, watched.oldest, watched.oldest_picture
     watched.begin()
     QTest.mouseRelease(widget, Qt.MouseButton.LeftButton, pos=start)
     run(PATIENCE_S, is_drawn)
@@ -195,12 +221,12 @@ def measured(path, lighting, asked):
     first = 1e3 * ((painted[0][0] if painted else ended) - begun)
     return (
         *(lighting, len(painted) / passed, share, middle, first),
-        *(cpu / passed, 1e3 * oldest, sharp, last),
+        *(cpu / passed, 1e3 * oldest_picture, 1e3 * oldest, sharp, last),
     )
 
 
 def main(arguments=None):
-    parser = options(__doc__, seconds=5.0)
+    parser = options(__doc__, seconds=5.0, burners=0)
     parser.add_argument("--lighting", action="append", choices=get_args(Lighting))
     parser.add_argument("--drag", choices=("view", "handle"), default="view")
     asked = parsed(parser, arguments)

@@ -18,7 +18,10 @@ from model.volume_files.shipped import shipped_volumes
 
 ROOT = Path(__file__).resolve().parents[2]
 
-HELP = {"count": "random views and TFs", "size": "pixels of a side", "seconds": "of a drag"}
+HELP = {
+    **{"count": "random views and TFs", "size": "pixels of a side", "seconds": "of a drag"},
+    "burners": "other processes that keep the processors busy",
+}
 
 
 def options(about, **defaults):
