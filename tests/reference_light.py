@@ -16,11 +16,13 @@ from model.rendering.scalars import noise_of
 from model.scene.crop import CropBox
 from model.scene.scene import LightDirection
 from tests.reference_raycaster import (
+    LARGEST_OPACITY,
     alphas_of,
     at_bins,
     cast,
     correct,
     interpolated,
+    kept_of,
     nearest,
     unit_field,
     weights_of,
@@ -30,7 +32,6 @@ DIFFUSE, SPECULAR, HALF_POWER = 0.9, 0.2, 10
 AMBIENT, DISTANT = 0.4, 0.65
 NOISE = 3.0
 NODES, AROUND_NODE = 64, 4
-LARGEST_OPACITY = 1 - 1 / 510
 RAYS_AT_ONCE = 2048
 
 
@@ -62,7 +63,8 @@ def picture(
         is_nearest = inputs.is_nearest(volume)
         shown = inputs.crop, is_nearest, mask, inputs.clip
         rays = cast(volume, inputs.view, tile, sample_distance, *shown)
-        alpha = alphas_of(rays.bins, rays.shares, per_sample, least)
+        whole_steps = per_sample if mask is None else kept_of(rays, opacity, sample_distance)
+        alpha = alphas_of(rays.bins, rays.shares, whole_steps, least)
         weight = weights_of(alpha)
         rgb = np.stack([at_bins(rays.bins, c) for c in color.T], axis=-1).astype(per_sample.dtype)
         if glow is not None:
@@ -245,15 +247,11 @@ def _at_nodes(grid, places, dimensions):
 def derivative(volume, inputs, size, sample_distance, lighting, edit):
     """Return a picture (rows, columns, 4), and its exact derivative along an edit of the TF.
 
-    The edit is of opacities per voxel length. The derivative of an opaque sample diverges; it is
-    that of an opacity of :data:`LARGEST_OPACITY`, as the real one's.
+    The edit is of opacities per voxel length.
     """
     tiny = 1e-170
     opacity = inputs.opacity_tf.sample(volume.scalar_range).astype(np.float64)
-    clear = np.maximum(1 - opacity, 1 - LARGEST_OPACITY) if sample_distance < 1 else 1 - opacity
-    slope = sample_distance * clear ** (sample_distance - 1)
-    per_sample = correct(opacity, sample_distance) + 1j * tiny * edit * slope
     least = (1 - LARGEST_OPACITY) ** sample_distance
     opacity = opacity + 1j * tiny * edit
-    found = picture(volume, inputs, size, sample_distance, lighting, per_sample, opacity, least)
+    found = picture(volume, inputs, size, sample_distance, lighting, None, opacity, least)
     return np.clip(found.real, 0, 1), found.imag / tiny

@@ -14,13 +14,15 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import map_coordinates
+from scipy.ndimage import map_coordinates, minimum_filter
 
 from model.rendering.raster import Raster
 from model.rendering.scalars import filled
 from model.scene.crop import CropBox
 from model.scene.transfer_function import TF_SAMPLES
 from model.scene.view import VIEW_ANGLE
+
+LARGEST_OPACITY = 1 - 1 / 510
 
 
 @dataclass(frozen=True)
@@ -29,7 +31,7 @@ class Rays:
 
     Bins, 0 to 255, are NaN behind a ray's end and where nothing was measured; shares are lengths of
     steps as fractions of a whole one, `along` world distances from the eye, places in voxels, x
-    first, and `towards` the rays' directions in the world.
+    first, and `towards` the rays' directions in the world. A mask leaves `kept` of the opacities.
     """
 
     bins: np.ndarray
@@ -37,6 +39,7 @@ class Rays:
     along: np.ndarray
     places: np.ndarray
     towards: np.ndarray
+    kept: np.ndarray | None = None
 
 
 def cast(volume, view, size, sample_distance, crop=None, is_nearest=False, mask=None, clip=None):
@@ -83,14 +86,17 @@ def cast(volume, view, size, sample_distance, crop=None, is_nearest=False, mask=
     shown = shares > 0
     if volume.hidden is not None:
         shown &= ~nearest(volume.hidden, places)
+    kept = None
     if mask is not None:
-        masked = ~mask if volume.hidden is None else ~mask | volume.hidden
-        # A mask's edge lies where half of what is around is masked.
-        share = (nearest if is_nearest else interpolated)(masked.astype(np.float64), places)
-        shown &= share <= 0.5
+        left = mask.astype(np.float64)
+        if volume.hidden is not None:
+            # What is missing is masked like any that is around it.
+            known = np.where(volume.hidden, 1, mask)
+            left = np.where(volume.hidden, minimum_filter(known, 3), mask).astype(np.float64)
+        kept = (nearest if is_nearest else interpolated)(left, places)
     values = (nearest if is_nearest else interpolated)(unit_field(volume), places)
     bins = np.where(shown, np.clip(255 * values, 0, 255), np.nan)
-    return Rays(bins, shares, along, places, towards)
+    return Rays(bins, shares, along, places, towards, kept)
 
 
 def unit_field(volume):
@@ -110,7 +116,15 @@ def interpolated(field, places):
 
 
 def correct(opacity, sample_distance):
-    """Opacity of a sample, from that of a voxel's length."""
+    """Opacity of a sample, from that of a voxel's length.
+
+    The derivative of an opaque one diverges; it is that of an opacity of :data:`LARGEST_OPACITY`.
+    """
+    if np.iscomplexobj(opacity):
+        least = 1 - LARGEST_OPACITY if sample_distance < 1 else 0
+        clear = np.maximum(1 - opacity.real, least)
+        slope = sample_distance * clear ** (sample_distance - 1)
+        return correct(opacity.real, sample_distance) + 1j * opacity.imag * slope
     if opacity.max() > 1:
         # Beyond what an opacity is, for differences of whole steps.
         return 1 - (1 - opacity) ** sample_distance
@@ -123,13 +137,21 @@ def at_bins(bins, table):
     return np.interp(np.nan_to_num(bins), np.arange(TF_SAMPLES), table)
 
 
+def kept_of(rays, opacity, sample_distance):
+    """Opacity of whole steps of which a mask leaves a part, by the TF's for a voxel's length."""
+    at = np.nan_to_num(rays.bins)
+    lower = np.minimum(at.astype(int), TF_SAMPLES - 2)
+    first, last = (correct(rays.kept * opacity[lower + n], sample_distance) for n in (0, 1))
+    return first + (at - lower) * (last - first)
+
+
 def alphas_of(bins, shares, per_sample, least=0.0):
-    """Opacity of each sample, 0 behind a ray's end.
+    """Opacity of each sample, 0 behind a ray's end; `per_sample` is by bins (256,) or samples.
 
     Of a lower transparency than `least` derivatives are those at it: by a part of a step, they
     diverge.
     """
-    alpha = at_bins(bins, per_sample)
+    alpha = at_bins(bins, per_sample) if per_sample.ndim == 1 else per_sample
     clear = np.maximum(1 - alpha.real, 0)
     # Powers of 1 - alpha would lose what is fainter than the last digit of 1.
     with np.errstate(divide="ignore", invalid="ignore"):

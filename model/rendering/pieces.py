@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from model.errors import TfscopeError
 from model.rendering.ray_places import VISIBLE, places_along, values_at
 from model.scene.inputs import SceneInputs
-from model.scene.mask import Mask, hidden_voxels
+from model.scene.mask import Mask, grown, hidden_voxels
 from model.scene.transfer_function import TF_SAMPLES, Range
 from model.scene.volume import Volume
 
@@ -77,7 +77,7 @@ def pieces_at(volume: Volume, inputs: SceneInputs, place: NDArray[np.float64]) -
     def piece_of(visible: NDArray[np.bool_], start: NDArray[np.int64], band: Range | None) -> Piece:
         inside, box = _connected(visible, start)
         whole = np.zeros(volume.voxels.shape, dtype=bool)
-        whole[part][box] = _grown(inside, visible[box])
+        whole[part][box] = grown(inside, visible[box])
         packed = np.packbits(whole).tobytes()
         return Piece(Mask(volume.voxels.shape, packed), int(np.count_nonzero(inside)), band)
 
@@ -159,7 +159,7 @@ def _connected(
     if factor == 1:
         return inside, box
     # Cells at the surface have few visible voxels: those of no other piece belong to this one.
-    inside = _grown(inside, cells)
+    inside = grown(inside, cells)
     fine = tuple(slice(each.start * factor, each.stop * factor) for each in box)
     for axis in (2, 1, 0):
         inside = np.repeat(inside, factor, axis=axis)
@@ -178,14 +178,3 @@ def _thinned(visible: NDArray[np.bool_], factor: int) -> NDArray[np.bool_]:
             total[: len(some)] += some
         counts = np.moveaxis(total, 0, axis)
     return counts * 2 >= factor**3
-
-
-def _grown(voxels: NDArray[np.bool_], shown: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Return voxels and all that touch them, if by a corner only, but for others that are shown."""
-    grown = voxels
-    for axis in range(3):
-        before, grown = np.moveaxis(grown, axis, 0), grown.copy()
-        after = np.moveaxis(grown, axis, 0)
-        after[1:] |= before[:-1]
-        after[:-1] |= before[1:]
-    return grown & (voxels | ~shown)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,11 +58,12 @@ def places_along(
     values = values_at(volume, points, inputs.is_nearest(volume))
     lo, hi = volume.scalar_range
     bins = (TF_SAMPLES - 1) * np.clip((values - lo) / (hi - lo), 0, 1)
-    table = per_sample(inputs.opacity_tf.sample(volume.scalar_range), APART)
-    alphas = np.where(np.isfinite(bins), np.interp(bins, np.arange(TF_SAMPLES), table), 0)
+    opacities = inputs.opacity_tf.sample(volume.scalar_range)
+    opacity = np.interp(bins, np.arange(TF_SAMPLES), opacities)
     if inputs.mask is not None:
-        nearest = np.rint(np.clip(points, 0, 1) * (np.array(volume.dimensions) - 1))
-        alphas[~inputs.mask.shows(*nearest.astype(np.intp).T)] = 0
+        corners = _corners(volume, points, inputs.is_nearest(volume))
+        opacity *= sum(share * inputs.mask.shows(*at.T) for at, share in corners)
+    alphas = np.where(np.isfinite(bins), per_sample(opacity, APART), 0)
     # The last step is shorter.
     alphas = 1 - (1 - alphas) ** (np.diff(along, prepend=enter) / step)
     through = np.cumprod(1 - alphas)
@@ -108,22 +110,31 @@ def values_at(
     volume: Volume, points: NDArray[np.float64], is_nearest: bool = False
 ) -> NDArray[np.float64]:
     """Return the scalar values (n,) at points (n, 3) of a volume, NaN where it has none."""
-    last = np.array(volume.dimensions) - 1
-    places = np.clip(points, 0.0, 1.0) * last
     hidden = volume.hidden
-    nearest = tuple(np.rint(places).astype(np.intp).T[::-1])
-    missing = np.zeros(len(points), bool) if hidden is None else hidden[nearest]
-    if is_nearest:
-        return np.where(missing, np.nan, volume.voxels[nearest].astype(np.float64))
-    before = np.minimum(places.astype(np.intp), np.maximum(last - 1, 0))
-    share = places - before
+    ((nearest, _),) = _corners(volume, points, True)
+    missing = np.zeros(len(points), bool) if hidden is None else hidden[tuple(nearest.T[::-1])]
     total, weights = np.zeros(len(points)), np.zeros(len(points))
-    for corner in itertools.product((0, 1), repeat=3):
-        at = tuple(np.minimum(before + corner, last).T[::-1])
-        weight = np.where(corner, share, 1 - share).prod(axis=1)
+    for corner, weight in _corners(volume, points, is_nearest):
+        at = tuple(corner.T[::-1])
         if hidden is not None:
             weight = np.where(hidden[at], 0.0, weight)
         total += np.where(weight > 0, weight * volume.voxels[at].astype(np.float64), 0.0)
         weights += weight
     known = ~missing & (weights > 0)
     return np.where(known, total / np.where(known, weights, 1.0), np.nan)
+
+
+def _corners(
+    volume: Volume, points: NDArray[np.float64], is_nearest: bool
+) -> Iterator[tuple[NDArray[np.intp], NDArray[np.float64]]]:
+    """Yield voxels (n, 3), x first, that points (n, 3) lie between, and what each counts for."""
+    last = np.array(volume.dimensions) - 1
+    places = np.clip(points, 0.0, 1.0) * last
+    if is_nearest:
+        yield np.rint(places).astype(np.intp), np.ones(len(points))
+        return
+    before = np.minimum(places.astype(np.intp), np.maximum(last - 1, 0))
+    share = places - before
+    for corner in itertools.product((0, 1), repeat=3):
+        weight = np.where(corner, share, 1 - share).prod(axis=1)
+        yield np.minimum(before + corner, last), weight

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from model.scene.mask import Mask, masked_voxels
+from model.scene.mask import Mask, grown, masked_voxels
 from model.scene.transfer_function import Range
 from model.scene.volume import Volume
 
@@ -92,9 +92,11 @@ def marks_of(volume: Volume, mask: Mask | None) -> NDArray[np.uint8]:
     missing = volume.hidden
     if mask is None:
         return NOTHING_HIDDEN if missing is None else np.ravel(missing) * MISSING
-    marks = np.ravel(masked_voxels(volume, mask)) * MASKED
-    # What is both is on either side of no mask's edge.
-    return marks if missing is None else marks | np.ravel(missing) * (MASKED | MISSING)
+    masked = masked_voxels(volume, mask)
+    if missing is None:
+        return np.ravel(masked) * MASKED
+    # What is missing has no mask's edge: it is masked next to what is, and shown elsewhere.
+    return np.ravel(grown(masked & ~missing, ~missing) * MASKED | missing * MISSING)
 
 
 def _clamped_far_out(volume: Volume, voxels: NDArray[Any]) -> NDArray[Any]:

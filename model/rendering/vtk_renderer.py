@@ -110,6 +110,7 @@ class VtkRenderer:
         self._uniforms = shader.GetFragmentCustomUniforms()
         self._set_shown(self._part)
         self._uniforms.SetUniformi("in_isNearest", 0)
+        self._uniforms.SetUniformf("in_apart", sample_distance)
         actor.SetMapper(self._mapper)
         actor.SetProperty(self._properties)
         self._renderer.AddVolume(actor)
@@ -152,6 +153,7 @@ class VtkRenderer:
         self._opacity.BuildFunctionFromTable(*self._table_range, len(opacity), opacity.tolist())
         self._color.BuildFunctionFromTable(*self._table_range, len(colors), colors.ravel().tolist())
         self._mapper.SetSampleDistance(distance)
+        self._uniforms.SetUniformf("in_apart", distance)
         # VTK's own opacity correction ignores opacities below 1e-4, so it is made an identity.
         self._properties.SetScalarOpacityUnitDistance(distance)
         raster = Raster.of(size)
@@ -300,6 +302,7 @@ def _whole_rays(volume: Volume) -> tuple[tuple[str, bool, str, bool], ...]:
     begin = "while (!g_exit)\n  {"
     count = "vec3({}.0, {}.0, {}.0)".format(*volume.dimensions)
     behind = f"""
+    float maskShare = 0.0;
     vec3 wholeStep = g_dataPos;
     float insideStep = 1.0;
     for (int axis = 0; axis < 3; axis++)
@@ -323,6 +326,11 @@ def _whole_rays(volume: Volume) -> tuple[tuple[str, bool, str, bool], ...]:
     """
     opacity = "g_srcColor.a = computeOpacity(scalar);"
     part = """
+      if (maskShare > 0.0)
+      {
+        float once = 1.0 - pow(max(1.0 - g_srcColor.a, 0.0), 1.0 / in_apart);
+        g_srcColor.a = 1.0 - pow(max(1.0 - (1.0 - maskShare) * once, 0.0), in_apart);
+      }
       if (insideStep < 1.0)
       {
         float clear = max(1.0 - g_srcColor.a, 0.0);
@@ -344,13 +352,12 @@ def _whole_rays(volume: Volume) -> tuple[tuple[str, bool, str, bool], ...]:
 
 
 def _hiding(volume: Volume) -> tuple[str, bool, str, bool]:
-    """Return a shader replacement that hides samples as the ray caster's `is_hidden` does."""
+    """Return a shader replacement that hides samples as the ray caster's `hidden_share` does."""
     count = "vec3({}.0, {}.0, {}.0)".format(*volume.dimensions)
     code = f"""
   vec3 maskPlace = g_dataPos * {count} - 0.5;
   vec3 maskWeight = fract(maskPlace);
   maskWeight = in_isNearest != 0 ? step(vec3(0.5), maskWeight) : maskWeight;
-  float maskShare = 0.0;
   for (int n = 0; n < 8; n++)
   {{
     vec3 corner = vec3(float(n % 2), float(n / 2 % 2), float(n / 4));
@@ -361,7 +368,7 @@ def _hiding(volume: Volume) -> tuple[str, bool, str, bool]:
   }}
   vec3 maskNearest = (floor(g_dataPos * {count}) + 0.5) / {count};
   bool isMissing = 255.0 * texture3D(in_mask, maskNearest).r > {MISSING - 0.5};
-  vec4 maskValue = vec4(isMissing || maskShare > 0.5 ? 0.0 : 1.0);
+  vec4 maskValue = vec4(isMissing ? 0.0 : 1.0 - maskShare);
   """
     return "vec4 maskValue = texture3D(in_mask, g_dataPos);", False, code, True
 

@@ -14,7 +14,10 @@ from model.scene.volume import Volume
 
 @dataclass(frozen=True)
 class Mask:
-    """The voxels that are shown; all others are transparent under any TF."""
+    """The voxels that are shown; all others are transparent under any TF.
+
+    Between the two, a share of what the TF makes opaque is shown: interpolated, but of labels.
+    """
 
     shape: tuple[int, int, int]  # of the volume's voxels (nz, ny, nx)
     bits: bytes = field(repr=False)  # 1 for each voxel that is shown, as `numpy.packbits` packs
@@ -76,3 +79,14 @@ def hidden_voxels(volume: Volume, mask: Mask | None) -> NDArray[np.bool_] | None
         return volume.hidden
     hidden = masked_voxels(volume, mask)
     return hidden if volume.hidden is None else hidden | volume.hidden
+
+
+def grown(voxels: NDArray[np.bool_], shown: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return voxels and all that touch them, if by a corner only, but for others that are shown."""
+    grown = voxels
+    for axis in range(3):
+        before, grown = np.moveaxis(grown, axis, 0), grown.copy()
+        after = np.moveaxis(grown, axis, 0)
+        after[1:] |= before[:-1]
+        after[:-1] |= before[1:]
+    return grown & (voxels | ~shown)

@@ -20,6 +20,7 @@ from model.rendering.path_tracing.random_numbers import joined, number_of, sprea
 from model.rendering.path_tracing.scattering import TWO, about, phase, phase_cosine, surface_at
 from model.rendering.path_tracing.tracking import CLEAREST, track
 from model.rendering.raycast.batch import BATCH, HALF, fetch, stack_batch
+from model.rendering.raycast.classification import ENTRIES
 from model.rendering.raycast.compositing import GROUP
 from model.rendering.raycast.rays import (
     ONE,
@@ -154,7 +155,7 @@ def _radiance(scatterer, optics, pixel, index, level, place, direction):
         is_surface, normal = surface_at(
             scatterer, optics, x, y, z, direction, optics.solid[entry], kind
         )
-        entry *= np.uint64(4)
+        entry = np.uint64(4) * (entry % np.uint64(ENTRIES))
         table = optics.surfaces if is_surface else optics.media
         light = about(optics.towards, ONE - u * (ONE - optics.cone), v)
         glossy, shown = ZERO, ZERO

@@ -110,7 +110,7 @@ class PathTracer:
 
         # Without the tracer itself: in a circle its voxels would outlive it.
         def extinction(mask: Mask | None, opacity_tf: OpacityTF) -> Extinction:
-            opacity = opacity_table(opacity_tf, volume.scalar_range, sample_distance)
+            opacity = opacity_table(opacity_tf, volume.scalar_range, sample_distance, mask)
             return Extinction.of(opacity, sample_distance, voxels.under(mask).cells)
 
         self._extinction = lru_cache(maxsize=4)(extinction)
@@ -236,7 +236,7 @@ class PathTracer:
     def _scatterer(self, inputs: SceneInputs, distance: float) -> Scatterer:
         volume = self._volume
         extinction = self._extinction(inputs.mask, inputs.opacity_tf)
-        opacity = opacity_table(inputs.opacity_tf, volume.scalar_range, distance)
+        opacity = opacity_table(inputs.opacity_tf, volume.scalar_range, distance, inputs.mask)
         return Scatterer(
             self._voxels.medium(inputs, opacity, extinction.cells),
             extinction.majorants,
@@ -273,7 +273,9 @@ class PathTracer:
             np.float32(lamp.surfaces),
             lamp.bounces,
             # Of samples at the usual distance: what a surface is does not depend on the picture.
-            opacity_table(inputs.opacity_tf, volume.scalar_range, self.sample_distance),
+            opacity_table(
+                inputs.opacity_tf, volume.scalar_range, self.sample_distance, inputs.mask
+            ),
             shares(colors, facet_albedo).ravel(),
             shares(colors, scatters).ravel(),
         )

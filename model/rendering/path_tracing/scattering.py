@@ -41,7 +41,7 @@ class Optics(NamedTuple):
     slope: Any  # tuple of 3 float32: factors from differences of voxels to the gradient's direction
     faces: Any  # float32: probability that an opaque face of what is shown is a surface
     bounces: Any  # int: most collisions of a path
-    solid: Any  # float32 (levels,): probability that what is steep enough is a surface
+    solid: Any  # float32, as `Medium.alphas`: probability that what is steep enough is a surface
     surfaces: Any
     media: Any  # float32 (4 levels,): shares of light that go on at a collision, see :func:`shares`
 

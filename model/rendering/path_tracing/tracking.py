@@ -16,12 +16,12 @@ from numpy.typing import NDArray
 
 from model.compilation import inlined
 from model.rendering.path_tracing.random_numbers import following, hashed, number_of
-from model.rendering.raycast.batch import HALF, level_of
+from model.rendering.raycast.batch import HALF, faded, level_of
 from model.rendering.raycast.cells import MinMaxCells
-from model.rendering.raycast.classification import LEVELS, LEVELS_PER_BIN, NOTHING
+from model.rendering.raycast.classification import LEVELS, LEVELS_PER_BIN
 from model.rendering.raycast.rays import HUGE, ONE, ZERO, dot, inverse_step, times
 from model.rendering.raycast.shading import depth_below
-from model.rendering.raycast.trilinear import clamp, is_hidden, locate, nearest_of, value_at
+from model.rendering.raycast.trilinear import clamp, hidden_share, locate, nearest_of, value_at
 
 ADVANCE = np.float32(1e-3)
 """Least step from cell to cell, in voxel sizes, so that rounding stops no ray."""
@@ -42,7 +42,7 @@ class Scatterer(NamedTuple):
 
     medium: Any  # Medium: what view rays read; its cells' distances are of extinction
     majorants: Any  # float32, 1-D: greatest extinction in each cell, per voxel size
-    extinctions: Any  # float32, shape (levels,): extinction at each level, per voxel size
+    extinctions: Any  # float32, 1-D: extinction at each level, per voxel size
     faces: Any  # Faces
     scaling: Any  # tuple of 3 float32: voxels per voxel size along each axis
 
@@ -52,13 +52,15 @@ def level_at(medium, x, y, z):
     """Return the level of the tables at a place inside the volume."""
     voxels, shape = medium.voxels, medium.shape
     place, weights = locate(shape, x, y, z)
-    if len(medium.missing) > 0 and is_hidden(
-        medium.missing, shape, medium.is_nearest, place, weights
-    ):
-        return np.int32(NOTHING)
     if medium.is_nearest:
-        return level_of(np.float32(voxels[nearest_of(shape, place, weights)]), medium.scale)
-    return level_of(value_at(voxels, shape, place, weights), medium.scale)
+        value = np.float32(voxels[nearest_of(shape, place, weights)])
+    else:
+        value = value_at(voxels, shape, place, weights)
+    level = level_of(value, medium.scale)
+    if len(medium.missing) > 0:
+        share = hidden_share(medium.missing, shape, medium.is_nearest, place, weights)
+        level = faded(level, share)
+    return level
 
 
 @inlined

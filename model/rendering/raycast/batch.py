@@ -20,13 +20,13 @@ from numba import carray, types
 from numba.extending import intrinsic
 
 from model.compilation import inlined
-from model.rendering.raycast.classification import LEVELS, NOTHING
+from model.rendering.raycast.classification import ENTRIES, FADES, LEVELS, NOTHING
 from model.rendering.raycast.compositing import GROUP
 from model.rendering.raycast.rays import place_on
 from model.rendering.raycast.trilinear import (
     blend,
     halves,
-    is_hidden,
+    hidden_share,
     load_pair,
     locate,
     pair_type,
@@ -185,13 +185,20 @@ def _end(ray, k, scale, levels, staging):
 
 @inlined
 def _hide(medium, ray, k, levels):
-    """Make samples of a batch transparent at places that are hidden."""
+    """Fade samples of a batch at places that are hidden in part or entirely."""
     shape = medium.shape
     for m in range(len(levels)):
         x, y, z = place_on(ray, min(np.float32(k) + np.float32(np.int32(m)), ray.last))
         place, weights = locate(shape, x, y, z)
-        if is_hidden(medium.missing, shape, medium.is_nearest, place, weights):
-            levels[m] = np.int32(NOTHING)
+        share = hidden_share(medium.missing, shape, medium.is_nearest, place, weights)
+        levels[m] = faded(levels[m], share)
+
+
+@inlined
+def faded(level, share):
+    """Return the level in the table of samples that are hidden for a share."""
+    step = np.int32(share * np.float32(FADES) + HALF)
+    return np.int32(level + ENTRIES * step) if step < FADES else np.int32(NOTHING)
 
 
 @inlined

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from model.rendering.opacity_correction import per_sample, per_sample_derivative
 from model.rendering.raycast.cells import MinMaxCells
+from model.scene.mask import Mask
 from model.scene.transfer_function import TF_SAMPLES, ColorTF, OpacityTF, Range
 from model.scene.volume import Volume
 
@@ -18,43 +19,46 @@ LEVELS = (TF_SAMPLES - 1) * LEVELS_PER_BIN + 1
 """Number of look-up table entries, several per bin of the TF; the nearest one is used."""
 
 NOTHING = LEVELS  # an additional, transparent entry for samples beyond the end of a ray
+ENTRIES = TF_SAMPLES * LEVELS_PER_BIN  # of a table: levels, and more that are transparent
+
+FADES = 32
+"""Steps in which a mask's edge fades. With a mask there are so many tables after one another: the
+first one is of samples that are shown, the next ones of those that are hidden for such a part."""
 
 
 def opacity_table(
-    opacity_tf: OpacityTF, scalar_range: Range, sample_distance: float
+    opacity_tf: OpacityTF, scalar_range: Range, sample_distance: float, mask: Mask | None
 ) -> NDArray[np.float32]:
     """Return a sample's opacity at each level, corrected at the bins and linear between them."""
-    return level_table(per_sample(opacity_tf.sample(scalar_range), sample_distance))
+    return level_table(per_sample(_faded(opacity_tf.sample(scalar_range), mask), sample_distance))
 
 
 def level_table(bins: NDArray[np.floating]) -> NDArray[np.float32]:
-    """Interpolate values of 256 bins at each level, shape (LEVELS + 1,); 0 for :data:`NOTHING`."""
-    table = np.zeros(LEVELS + 1, dtype=np.float32)
-    table[:LEVELS] = np.interp(_levels(), np.arange(TF_SAMPLES), bins)
-    return table
+    """Interpolate rows (n, 256) of values of bins at each level, one table after another."""
+    first = bins.astype(np.float64)[..., None]
+    within = np.arange(LEVELS_PER_BIN) / LEVELS_PER_BIN
+    tables = (first + np.diff(first, axis=1, append=0) * within).reshape(-1, ENTRIES)
+    tables[:, LEVELS:] = 0
+    return tables.astype(np.float32).ravel()
+
+
+def _faded(values: NDArray[np.floating], mask: Mask | None) -> NDArray[np.float64]:
+    """Return the parts of 256 values that are left in each table of a mask, (n, 256)."""
+    return np.outer(1 - np.arange(1 if mask is None else FADES) / FADES, values)
 
 
 def color_table(
     color_tf: ColorTF, scalar_range: Range, opacity: NDArray[np.float32] | None = None
 ) -> NDArray[np.float32]:
-    """Return a sample's RGBA at each level, premultiplied if its opacity is given.
+    """Return a sample's RGBA at each level, premultiplied in each table of opacities, if given.
 
     It is flat: red, green, blue and opacity (else 1) of the first level, then of the next ones.
     """
-    bins = color_tf.sample(scalar_range)
-    levels, every = _levels(), np.arange(TF_SAMPLES)
-    table = np.zeros((LEVELS + 1, 4), dtype=np.float32)
-    for channel in range(3):
-        table[:LEVELS, channel] = np.interp(levels, every, bins[:, channel])
-    table[:LEVELS, 3] = 1
+    bins = np.c_[color_tf.sample(scalar_range), np.ones(TF_SAMPLES)]
+    table = level_table(bins.T).reshape(4, ENTRIES).T
     if opacity is not None:
-        table *= opacity[:, None]
+        table = opacity.reshape(-1, ENTRIES, 1) * table
     return table.ravel()
-
-
-def _levels() -> NDArray[np.float64]:
-    """Positions of the levels, in TF bins."""
-    return np.linspace(0, TF_SAMPLES - 1, LEVELS)
 
 
 LARGEST_ERROR = 1 / 510
@@ -67,18 +71,18 @@ class Classification:
 
     distance: float  # between two samples of a ray, in voxels
     opacity: NDArray[np.float32]
-    """Of a sample, at each level of scalar values. Shape (LEVELS,)."""
+    """Of a sample, at each level of scalar values; see :func:`opacity_table`."""
     cells: NDArray[np.int8]  # distance of each cell to the nearest one where something is visible
     brightest: float  # how bright a pixel can be, 0 to 1
     derivative: NDArray[np.float64]
-    """Of a sample's opacity by the TF's, at each bin. Shape (256,)."""
+    """Of a sample's opacity by the TF's, at each bin. A row (256,) for each table of opacities."""
 
 
 class Classifier:
     """Classifies the samples of one volume; the newest classifications are kept."""
 
-    def __init__(self, volume: Volume, cells: MinMaxCells) -> None:
-        self._volume, self._cells = volume, cells
+    def __init__(self, volume: Volume, cells: MinMaxCells, mask: Mask | None) -> None:
+        self._volume, self._cells, self._mask = volume, cells, mask
         self.classified = lru_cache(maxsize=4)(self._classified)
 
     def _classified(
@@ -86,13 +90,14 @@ class Classifier:
     ) -> Classification:
         """Classify under a TF, with samples some voxels apart."""
         scalar_range = self._volume.scalar_range
-        opacity = opacity_table(opacity_tf, scalar_range, distance)
+        opacity = opacity_table(opacity_tf, scalar_range, distance, self._mask)
+        faded = _faded(opacity_tf.sample(scalar_range), self._mask)
         return Classification(
             distance,
             opacity,
             self.cells_around(opacity, distance, skip_empty),
             self._brightest(opacity, distance),
-            per_sample_derivative(opacity_tf.sample(scalar_range), distance),
+            _faded(np.ones(TF_SAMPLES), self._mask) * per_sample_derivative(faded, distance),
         )
 
     def cells_around(
@@ -105,6 +110,7 @@ class Classifier:
         # of the brightest pixel that a nearly transparent TF can make.
         brightest = self._brightest(opacity, distance)
         shown = opacity > brightest * LARGEST_ERROR / 2 / self._most_samples(distance)
+        shown = shown.reshape(-1, ENTRIES).any(axis=0)
         in_bin = np.zeros(TF_SAMPLES, dtype=bool)
         # Levels between two bins count for both.
         level = np.flatnonzero(shown)

@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 
 from model.compilation import compiled, inlined
 from model.rendering.raycast.batch import BATCH, fetch, stack_batch
-from model.rendering.raycast.classification import LEVELS_PER_BIN, NOTHING
+from model.rendering.raycast.classification import ENTRIES, LEVELS_PER_BIN, NOTHING
 from model.rendering.raycast.marching import opacity_of_part, slope_of_part
 from model.rendering.raycast.rays import ONE, ZERO, make_ray, next_visible
 from model.rendering.raycast.shading import corner_of, light_place, received, reflect
@@ -74,6 +74,7 @@ def differentiate_windows(
     colors,
     light,
     glow,
+    fading,
     least,
     camera,
     step,
@@ -88,7 +89,8 @@ def differentiate_windows(
 ):
     """Differentiate half the energy of windows of an image, or square their changes by edits.
 
-    The energy is the sum of squared pixel values.
+    The energy is the sum of squared pixel values. With a mask, `fading` (tables * 256 + 1,) has the
+    derivatives of samples' opacities by the TF's; without, the caller multiplies by them.
     """
     levels, staging = stack_batch(medium.voxels, BATCH)
     path = Path(
@@ -114,7 +116,7 @@ def differentiate_windows(
                     continue
                 count = _look(medium, colors, light, glow, ray, levels, staging, path, image)
                 energy += image[0] ** 2 + image[1] ** 2 + image[2] ** 2
-                first, last = _slopes_by_bin(medium, least, ray, path, count, slopes)
+                first, last = _slopes_by_bin(medium, fading, least, ray, path, count, slopes)
                 if first > last:
                     continue
                 if not is_edited:
@@ -162,7 +164,7 @@ def _look(medium, colors, light, glow, ray, levels, staging, path, image):
             if k == ray.count - 1:
                 a = opacity_of_part(a, ray.rest)
             path.clear[k] = through
-            at = np.uint64(4) * level
+            at = np.uint64(4) * (level % np.uint64(ENTRIES))
             path.colors[k, 0] = colors[at]
             path.colors[k, 1] = colors[at + np.uint64(1)]
             path.colors[k, 2] = colors[at + np.uint64(2)]
@@ -195,7 +197,7 @@ def _look(medium, colors, light, glow, ray, levels, staging, path, image):
 
 
 @inlined
-def _slopes_by_bin(medium, least, ray, path, count, slopes):
+def _slopes_by_bin(medium, fading, least, ray, path, count, slopes):
     """Add a pixel's derivative to zeros (257, 3); return the first and the last bin."""
     red = green = blue = ZERO
     first: Any = TF_SAMPLES
@@ -215,11 +217,17 @@ def _slopes_by_bin(medium, least, ray, path, count, slopes):
         red += a * over_red
         green += a * over_green
         blue += a * over_blue
+        table = level // np.uint64(ENTRIES)
+        level %= np.uint64(ENTRIES)
         lower = level // np.uint64(LEVELS_PER_BIN)
         first, last = min(first, np.int64(lower)), max(last, np.int64(lower))
         share = np.float32(np.int32(level % np.uint64(LEVELS_PER_BIN)))
         upper = share / np.float32(LEVELS_PER_BIN) * part
         below = part - upper
+        if len(fading) > 0:
+            at = np.uint64(TF_SAMPLES) * table + lower
+            below *= fading[at]
+            upper *= fading[at + np.uint64(1)]
         # The last bin has one more behind it, for what is above it by nothing.
         slopes[lower, 0] += below * over_red
         slopes[lower, 1] += below * over_green

@@ -46,7 +46,7 @@ from model.rendering.scalars import (
 )
 from model.scene.clip_plane import ShownPart
 from model.scene.inputs import SceneInputs
-from model.scene.mask import Mask, hidden_voxels
+from model.scene.mask import Mask
 from model.scene.scene import LightDirection, Lighting
 from model.scene.transfer_function import TF_SAMPLES, ColorTF, Range
 from model.scene.volume import Volume
@@ -62,6 +62,7 @@ direction by a cosine of .9998, and take a fifth of the time."""
 
 NO_DEPTH = np.empty((0, 0), dtype=np.float32)
 NO_NODES, NO_SQUARES = np.empty(0), np.empty(0)
+NO_FADING, ONE = np.empty(0, dtype=np.float32), np.float32(1)
 NO_CHANGES = NO_GRID._replace(grid=np.empty((0, 0), dtype=np.float32))
 """Given to kernels in place of what a scene does not have or what is not asked for."""
 
@@ -88,14 +89,14 @@ class KernelVoxels:
 
         # Without this object itself: in a circle its voxels would outlive it.
         def under(mask: Mask | None) -> Shown:
-            hidden = hidden_voxels(volume, mask)
+            marks = marks_of(volume, mask)
+            hidden = marks.reshape(scalars.shape) > 0 if len(marks) else None
             cells = MinMaxCells(scalars, bins, executor, hidden)
 
             def lit(longest: int) -> Illumination:
                 return Illumination(scalars, bins, volume, executor, longest, hidden)
 
-            marks = marks_of(volume, mask)
-            return Shown(marks, cells, Classifier(volume, cells), lru_cache(lit))
+            return Shown(marks, cells, Classifier(volume, cells, mask), lru_cache(lit))
 
         self.under = lru_cache(maxsize=2)(under)
 
@@ -246,7 +247,8 @@ class RaycastRenderer:
             differentiate_windows(*arguments, windows[part], *found, *unedited)
 
         by_light = self._sum(len(windows), math.prod(shape), add).reshape(shape)
-        gradients *= self._classified(inputs).derivative
+        if inputs.mask is None:
+            gradients *= self._classified(inputs).derivative
         return gradients, energies, by_light
 
     def squared_changes(
@@ -264,7 +266,8 @@ class RaycastRenderer:
         from model.rendering.raycast import differentiation as kernels
 
         arguments = self._path_arguments(inputs, size)
-        by_bin, begin = kernels.band_of(edits * self._classified(inputs).derivative)
+        slopes = self._classified(inputs).derivative if inputs.mask is None else 1
+        by_bin, begin = kernels.band_of(edits * slopes)
         count = max(int(begin.max()) + kernels.BAND, len(edits))
         turns, is_fine = NO_CHANGES, Raster.of(size).shorter >= FINE_FROM
         if (grid := self._light_grid(inputs, is_coarse=not is_fine)) is not None:
@@ -429,6 +432,7 @@ class RaycastRenderer:
             color_table(inputs.color_tf, volume.scalar_range),
             light or NO_LIGHT,
             glow or NO_GRID,
+            NO_FADING if inputs.mask is None else np.append(np.float32(classified.derivative), ONE),
             np.float32(least_transparency(distance)),
             self._camera(inputs, raster),
             step,

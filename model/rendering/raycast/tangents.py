@@ -15,7 +15,7 @@ import numpy as np
 
 from model.compilation import compiled
 from model.rendering.raycast.batch import BATCH, fetch, stack_batch
-from model.rendering.raycast.classification import LEVELS_PER_BIN
+from model.rendering.raycast.classification import ENTRIES, LEVELS_PER_BIN
 from model.rendering.raycast.differentiation import NEGLIGIBLE
 from model.rendering.raycast.marching import FAINT, opacity_of_part, slope_of_part
 from model.rendering.raycast.rays import ONE, ZERO, make_ray, next_visible
@@ -58,7 +58,7 @@ def change_rows(medium, changes, colors, light, glow, turn_grid, least, camera, 
                     if is_lit:
                         seen[m], weights[m] = visible, weight
                     else:
-                        at = np.uint64(4) * level
+                        at = np.uint64(4) * (level % np.uint64(ENTRIES))
                         red += weight * colors[at]
                         green += weight * colors[at + _1]
                         blue += weight * colors[at + _2]
@@ -76,7 +76,7 @@ def change_rows(medium, changes, colors, light, glow, turn_grid, least, camera, 
                             white += weights[m] * s
                             weights[m] *= d
                 for m in range(count if is_lit else 0):
-                    at = np.uint64(4) * np.uint64(np.uint32(levels[m]))
+                    at = np.uint64(4) * (np.uint64(np.uint32(levels[m])) % np.uint64(ENTRIES))
                     red += weights[m] * colors[at]
                     green += weights[m] * colors[at + _1]
                     blue += weights[m] * colors[at + _2]
@@ -102,13 +102,15 @@ def add_visibility(medium, camera, step, size, windows, visible):
                         break
                     fetch(medium, ray, k, levels, staging)
                     for m in range(min(len(levels), ray.count - k)):
-                        a = medium.alphas[np.uint64(np.uint32(levels[m]))]
+                        level = np.uint64(np.uint32(levels[m]))
+                        a = medium.alphas[level]
                         if k + m == ray.count - 1:
                             a = opacity_of_part(a, ray.rest)
                         weight = through * a
                         through -= weight
-                        lower = np.uint64(levels[m] // LEVELS_PER_BIN)
-                        share = np.float32(levels[m] % LEVELS_PER_BIN) / np.float32(LEVELS_PER_BIN)
+                        lower = level % np.uint64(ENTRIES) // np.uint64(LEVELS_PER_BIN)
+                        share = np.float32(np.int32(level % np.uint64(LEVELS_PER_BIN)))
+                        share /= np.float32(LEVELS_PER_BIN)
                         visible[lower] += weight * (ONE - share)
                         visible[np.uint64(min(int(lower) + 1, TF_SAMPLES - 1))] += weight * share
                     k += len(levels)

@@ -10,7 +10,8 @@ from numba.extending import intrinsic
 from model.compilation import inlined
 from model.rendering.scalars import MASKED, MISSING
 
-HALF = np.float32(0.5)
+ZERO, HALF, ONE = np.float32(0), np.float32(0.5), np.float32(1)
+BOTH_MASKED = np.uint16(0x0101 * int(MASKED))  # of a pair of marks
 
 
 def pair_type(array):
@@ -99,24 +100,28 @@ def weights_of(is_nearest, weights):
 
 
 @inlined
-def is_hidden(hidden, shape, is_nearest, place, weights):
-    """Return whether a place that :func:`locate` found is hidden, by marks of voxels.
+def hidden_share(marks, shape, is_nearest, place, weights):
+    """Return which share of a place that :func:`locate` found is hidden, by marks of voxels.
 
-    It is where the nearest voxel is missing, and where the share of masked voxels, interpolated, is
-    above a half: a mask's edge lies between voxels, and cuts their corners. So what is missing
-    takes away what is nearer to it than to any other voxel, and as its value was replaced by that
-    of those around it, samples next to it are what was measured there.
+    All of it is where the nearest voxel is missing, and else the share of masked voxels,
+    interpolated: a mask's edge fades from voxel to voxel. What is missing takes away what is nearer
+    to it than to any other voxel, and as its value was replaced by that of those around it, samples
+    next to it are what was measured there.
     """
-    if hidden[nearest_of(shape, place, weights)] & MISSING:
-        return True
     near, above, behind, both = rows_at(shape, place)
-    pairs = _masked(hidden, near), _masked(hidden, above), _masked(hidden, behind)
-    return blend(*pairs, _masked(hidden, both), weights_of(is_nearest, weights)) > HALF
-
-
-@inlined
-def _masked(hidden, place):
-    return np.float32(hidden[place] & MASKED), np.float32(hidden[place + np.uint64(1)] & MASKED)
+    one, two = load_pair(marks, near), load_pair(marks, above)
+    three, four = load_pair(marks, behind), load_pair(marks, both)
+    if one | two | three | four == 0:
+        return ZERO
+    if marks[nearest_of(shape, place, weights)] & MISSING:
+        return ONE
+    return blend(
+        halves(marks, one & BOTH_MASKED),
+        halves(marks, two & BOTH_MASKED),
+        halves(marks, three & BOTH_MASKED),
+        halves(marks, four & BOTH_MASKED),
+        weights_of(is_nearest, weights),
+    )
 
 
 @inlined

@@ -13,7 +13,7 @@ from ramp import make_tf, make_volume
 from model.errors import RenderError
 from model.rendering.raster import Raster, middle_square
 from model.rendering.raycast import renderer as ray_caster
-from model.rendering.raycast.classification import LEVELS_PER_BIN
+from model.rendering.raycast.classification import FADES, LEVELS_PER_BIN
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.scene.clip_plane import ClipPlane
 from model.scene.crop import CropBox
@@ -261,7 +261,9 @@ def by_level(monkeypatch):
 
     def rounded(*arguments):
         rays = cast(*arguments)
-        return replace(rays, bins=np.rint(LEVELS_PER_BIN * rays.bins) / LEVELS_PER_BIN)
+        bins = np.rint(LEVELS_PER_BIN * rays.bins) / LEVELS_PER_BIN
+        kept = None if rays.kept is None else np.rint(FADES * rays.kept) / FADES
+        return replace(rays, bins=bins, kept=kept)
 
     monkeypatch.setattr(reference_light, "cast", rounded)
     monkeypatch.setattr(ray_caster, "FINE_FROM", 1)
