@@ -55,10 +55,10 @@ def color_table(
     It is flat: red, green, blue and opacity (else 1) of the first level, then of the next ones.
     """
     bins = np.c_[color_tf.sample(scalar_range), np.ones(TF_SAMPLES)]
-    table = level_table(bins.T).reshape(4, ENTRIES).T
-    if opacity is not None:
-        table = opacity.reshape(-1, ENTRIES, 1) * table
-    return table.ravel()
+    table = level_table(bins.T).reshape(4, ENTRIES).T.ravel()
+    if opacity is None:
+        return table
+    return (np.repeat(opacity, 4).reshape(-1, len(table)) * table).ravel()
 
 
 LARGEST_ERROR = 1 / 510

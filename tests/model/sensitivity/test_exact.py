@@ -289,6 +289,11 @@ def renderers(volume):
             for lighting in ("none", "direct", "soft")
             for others in ({"interpolates": False}, {"mask": MASK})
         ),
+        *(
+            ("none", step, tf, {"mask": MASK})
+            for step in (0.5, 2.0)
+            for tf in ("nothing", "opaque")
+        ),
     ],
 )
 def test_derivatives_are_those_of_exact_images(

@@ -11,6 +11,7 @@ times the lamp's is the light. Rays go through the middles of the pixels.
 
 import math
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -26,6 +27,7 @@ from model.rendering.raster import Raster
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs
+from model.scene.mask import Mask
 from model.scene.scene import LightDirection
 from model.scene.transfer_function import ColorTF, OpacityTF
 from model.scene.view import View
@@ -133,31 +135,39 @@ def through_middle(volume, view):
     return places[inside], t[inside]
 
 
-def extinction_at(volume, opacity_tf, places):
+def extinction_at(volume, opacity_tf, mask, places):
     """Extinction per world length, interpolated as SciPy does; 0 outside."""
     indices = (places / np.array(volume.spacing)).T[::-1]
     values = map_coordinates(volume.voxels.astype(float), indices, order=1, cval=np.nan)
     opacity = opacity_tf(np.nan_to_num(values))
+    if mask is not None:
+        opacity = opacity * map_coordinates(mask.shown.astype(float), indices, order=1)
     sigma = -np.log1p(-np.minimum(opacity, 1 - 1e-9)) / volume.voxel_size
     return np.where(np.isnan(values), 0.0, sigma)
 
 
-@pytest.mark.parametrize("spacing", [(1.0, 1.0, 1.0), ANISOTROPIC])
-def test_light_scattered_once_is_that_of_a_quadrature(spacing):
+@pytest.mark.parametrize(
+    ("spacing", "masks"), [((1.0, 1.0, 1.0), False), (ANISOTROPIC, False), (ANISOTROPIC, True)]
+)
+def test_light_scattered_once_is_that_of_a_quadrature(spacing, masks):
     """From a point-like light, without surfaces, in the picture's middle."""
     light = LightDirection(60.0, 20.0)
     volume = balls("float32", spacing)
     lo, hi = volume.scalar_range
     white = ColorTF((lo, hi), ((lo, 1.0, 1.0, 1.0), (hi, 1.0, 1.0, 1.0)))
-    inputs = replace(seen(volume, light=light), color_tf=white)
+    blocks = np.add.reduce(np.indices(volume.voxels.shape) // 4) % 2 == 0
+    mask = Mask.of(blocks) if masks else None
+    inputs = replace(seen(volume, light=light), color_tf=white, mask=mask)
+    seen_at = partial(extinction_at, volume, inputs.opacity_tf, mask)
     places, t = through_middle(volume, VIEW)
     step = t[1] - t[0]
     towards = np.array(light.towards()) @ VIEW.basis()
-    sigma = extinction_at(volume, inputs.opacity_tf, places)
+    sigma = seen_at(places)
     apart = np.linspace(0, 2 * volume.radius, 801)[1:] - volume.radius / 800
     beyond = places[:, None] + apart[:, None] * towards
-    depth = extinction_at(volume, inputs.opacity_tf, beyond.reshape(-1, 3))
-    depth = depth.reshape(len(places), -1).sum(axis=1) * (2 * volume.radius / 800)
+    depth = seen_at(beyond.reshape(-1, 3)).reshape(len(places), -1).sum(axis=1) * (
+        2 * volume.radius / 800
+    )
     own = (np.cumsum(sigma) - sigma / 2) * step
     expected = np.sum(sigma * np.exp(-own - depth)) * step / 4
     lamp = Lamp(key=1.0, sky=0.0, radius=0.01, surfaces=False, bounces=1)
