@@ -109,8 +109,8 @@ class Classifier:
         # All skipped samples of a ray together must stay below the largest error, or that share
         # of the brightest pixel that a nearly transparent TF can make.
         brightest = self._brightest(opacity, distance)
-        shown = opacity > brightest * LARGEST_ERROR / 2 / self._most_samples(distance)
-        shown = shown.reshape(-1, ENTRIES).any(axis=0)
+        least = brightest * LARGEST_ERROR / 2 / self._most_samples(distance)
+        shown = opacity.reshape(-1, ENTRIES).max(axis=0) > least
         in_bin = np.zeros(TF_SAMPLES, dtype=bool)
         # Levels between two bins count for both.
         level = np.flatnonzero(shown)
