@@ -51,7 +51,7 @@ def run_window(
         os.environ.pop("QT_SCREEN_SCALE_FACTORS", None)
         # The offscreen platform warns of every unsupported window-manager hint.
         os.environ.setdefault("QT_LOGGING_RULES", "default.warning=false")
-    # With other busy threads, OpenMP's busy-waiting would slow down all of them.
+    # OpenMP's busy-waiting would slow down all other threads.
     os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
     application = _application()
     preferences = Preferences(user_folder() if screenshot is None else None)
@@ -78,10 +78,10 @@ def run_window(
 
 @contextmanager
 def garbage_collected_here() -> Iterator[None]:
-    """Collect garbage in this thread only, now and then.
+    """Collect garbage in this thread only, at intervals.
 
-    Otherwise Python collects in whichever thread happens to need memory, and Qt's objects that
-    are destroyed in an engine's thread crash the window.
+    Otherwise Python collects in any thread, and Qt objects that are destroyed in an engine's thread
+    crash the window.
     """
     collector = GarbageCollector(interval=0.5)
     try:
@@ -92,12 +92,12 @@ def garbage_collected_here() -> Iterator[None]:
 
 
 def _open(window: MainWindow, start: WindowStart) -> None:
-    """Open what a start says, and have it shown as the start says."""
+    """Open and show what a start asks for."""
     workspace = window.workspace
     looks = {"lighting": start.lighting, "drawing": start.renderer}
     chosen = {name: choice for name, choice in looks.items() if choice is not None}
     workspace.reference.choose(keep=False, **chosen)
-    # The volume's range and its first view are known only then.
+    # The volume's range and first view are known only now.
     workspace.volumeStarted.connect(
         partial(_show_as_asked, window, start), Qt.ConnectionType.SingleShotConnection
     )
@@ -147,7 +147,7 @@ def _application() -> QApplication:
 
 
 def _display_is_there() -> bool:
-    """Return whether a display answers; Qt would end the process at one that is gone."""
+    """Return whether a display answers; Qt would end the process if it does not."""
     if not sys.platform.startswith("linux") or os.environ.get("QT_QPA_PLATFORM"):
         return True
     if wayland := os.environ.get("WAYLAND_DISPLAY"):

@@ -1,4 +1,4 @@
-"""Boxes for numbers that keep each digit that is typed, and numbers as short texts."""
+"""Number boxes that keep every typed digit, and numbers as short texts."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def short(number: float, digits: int = 2, *, signed: bool = False) -> str:
     """Write a number with few significant digits, such as ``".004"``, ``"−.02"`` or ``"2e−5"``."""
     size = abs(number)
     if SMALLEST <= size < 1:
-        # A fifth decimal would be longer, and say nothing.
+        # A fifth decimal would only be noise.
         size = round(size, 4)
     text = f"{size:.{digits}g}" if size < 10**digits else f"{size:.0f}"
     if 0 < size < SMALLEST or size >= LARGEST:
@@ -41,9 +41,9 @@ def short(number: float, digits: int = 2, *, signed: bool = False) -> str:
 
 
 def significant(number: float, digits: int) -> str:
-    """Write a number with some significant digits at most, such as ``"2480"`` and ``"0.05"``.
+    """Write a number with a limited number of significant digits, such as ``"2480"``, ``"0.05"``.
 
-    Whole digits are all written; there is no power of ten from .0001 to a million.
+    Digits before the point are all written; there is no exponent from .0001 to a million.
     """
     size = abs(number)
     if not size or not SMALLEST <= size < MILLION:
@@ -53,19 +53,18 @@ def significant(number: float, digits: int) -> str:
 
 
 CHARACTERS = set("0123456789+-.,eE ")
-"""Of which numbers are typed. A comma is none of a number, but to swallow it would make another."""
+"""Characters of numbers. A comma belongs to none, but dropping it would change the number."""
 
 MOST_DECIMALS = 320  # so many that no number is rounded to them
 
 SHOWN_DIGITS, TYPED_DIGITS = 4, 6
-"""Digits that are shown of a number, and of one that was typed; those that both limits share do
-not count."""
+"""Digits shown of a number, and of a typed one, besides leading digits that both limits share."""
 
-HARDLY = 0.05  # part of a digit that does not count: limits such as 1 and 255 share none
+HARDLY = 0.05  # part of a digit that is ignored: limits such as 1 and 255 share no digits
 
 
 class WholeNumberBox(QSpinBox):
-    """Spin box for whole numbers that swallows no digit: above 400, Qt's own takes 40 for 401."""
+    """Spin box for whole numbers that keeps every typed digit; Qt's own rejects some above 400."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -93,16 +92,15 @@ class WholeNumberBox(QSpinBox):
         return text.removeprefix(self.prefix()).removesuffix(self.suffix())
 
     def fixup(self, text: str) -> str:
-        """Make no other number of it, as by leaving out a comma."""
+        """Change nothing, so that no other number results, as by dropping a comma."""
         return text
 
 
 class NumberBox(QDoubleSpinBox):
-    """Spin box for numbers such as 1e-9, 0.5 and 3e12; typed numbers apply on Enter or focus loss.
+    """Spin box for numbers such as 1e-9, 0.5 and 3e12; they apply on Enter or focus loss.
 
-    On a logarithmic scale its value is the logarithm of the number that is shown and typed.
-    `valueChanged` is emitted only for changes by the user. The tooltip has the meaning, then the
-    limits.
+    On a logarithmic scale, its value is the logarithm of the shown number. `valueChanged` is
+    emitted for changes by the user alone. The tooltip has the meaning, then the limits.
     """
 
     def __init__(self, parent: QWidget | None = None, meaning: str = "") -> None:
@@ -169,7 +167,7 @@ def _state(box: WholeNumberBox | NumberBox, text: str) -> QValidator.State:
 
 
 class _Typing(QObject):
-    """Marks a text that is not taken; Escape, or leaving the box, brings the last number back."""
+    """Marks an invalid text; Escape, or leaving the box, restores the last number."""
 
     def __init__(self, box: QSpinBox | QDoubleSpinBox) -> None:
         super().__init__(box)
@@ -181,7 +179,7 @@ class _Typing(QObject):
         box.lineEdit().returnPressed.connect(box.clearFocus)
 
     def eventFilter(self, _box: QObject, event: QEvent) -> bool:
-        """Take no Enter after what is not taken, and Escape after what is not entered."""
+        """Ignore Enter on an invalid text, and let Escape discard a text."""
         if not isinstance(event, QKeyEvent) or event.type() != QEvent.Type.KeyPress:
             return False
         line = self._box.lineEdit()

@@ -56,13 +56,13 @@ def compose(
         brighten(band[..., :3], brightness)
         _put_over(band, background)
         band *= 255
-        band += 0.5  # uint8 cuts off: rounds to the nearest
+        band += 0.5  # rounds to the nearest, as uint8 cuts off
         levels[rows] = band[..., :channels].astype(np.uint8)
     return image
 
 
 def empty_picture(width: int, height: int, background: Background | None) -> QImage:
-    """Return a picture of nothing but a background, in :func:`compose`'s format."""
+    """Return a picture of the background alone, in :func:`compose`'s format."""
     formats = QImage.Format
     opaque, clear = formats.Format_RGB888, formats.Format_RGBA8888_Premultiplied
     image = QImage(width, height, clear if background is None else opaque)

@@ -1,4 +1,4 @@
-"""Places for small labels and cards where they cover the least of what is there."""
+"""Places for labels and cards where they cover as little as possible."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ Box = QRect | QRectF
 def freest(
     corners: Iterable[tuple[float, float]], size: QSize | QSizeF, *layers: Sequence[Box]
 ) -> tuple[float, float]:
-    """Return the first of some corners at which a box of a size covers the fewest others.
+    """Return the first corner at which a box of a size covers the fewest others.
 
-    Those of the first layer of boxes decide, then those of the second. Corners are upper left ones.
+    The first layer of boxes counts before the second. Corners are upper left ones.
     """
     places = np.array(list(corners), dtype=np.float64)
     low, high = places[:, None], places[:, None] + (size.width(), size.height())

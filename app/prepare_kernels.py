@@ -1,8 +1,8 @@
 """Compile groups of kernels: ``python -m app.prepare_kernels uint8-path-images ...``.
 
 The window runs this in a process of its own, at low priority, gives it one group a line, and loads
-what was compiled once that group is written back. Numba compiles on one thread at a time and holds
-the interpreter's lock meanwhile, so that in the window's own process nothing else would move.
+what was compiled once that group is written back. Numba compiles on one thread and holds the
+interpreter's lock: in the window's own process it would block everything.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from collections.abc import Iterable
 
 from model.kernel_cache import KernelGroup
 
-NICENESS = 3  # gives way to what the window draws, but goes on while a picture refines
+NICENESS = 3  # low priority: the window comes first
 
 
 def main(names: Iterable[str]) -> int:
@@ -23,7 +23,7 @@ def main(names: Iterable[str]) -> int:
     for name in names:
         group = KernelGroup.named(name.strip())
         if not group.is_prepared:
-            # Late: other processes may have compiled all of them meanwhile.
+            # Imported late: other processes may have compiled all groups by now.
             from app.engines.compilation import prepare
 
             prepare(group)

@@ -1,4 +1,4 @@
-"""Imports without PySide's look at the source of each module."""
+"""Faster imports: PySide reads no sources."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ import PySide6.QtCore  # noqa: F401 - it loads the module that is changed here
 def leave_sources_unread() -> None:
     """Keep PySide from reading the source of every module that is imported from now on.
 
-    It looks there for a wish for snake-case names. That takes half a second of the start, and
-    20 MB. A PySide without such a function is left as it is.
+    It searches them for an option of snake-case names, which takes half a second and 20 MB. A
+    PySide without that function is left as it is.
     """
     features = sys.modules.get("shibokensupport.feature")
     if hasattr(features, "_mod_uses_pyside"):

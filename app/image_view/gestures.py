@@ -51,7 +51,7 @@ def tumble(view: View, dx: float, dy: float) -> View:
 
 
 def turn(state: ViewNavigation, dx: float, dy: float) -> View:
-    """Return the state's view after a mouse movement in pixels, in the way that it turns."""
+    """Return the state's view turned by a mouse movement in pixels."""
     if state.trackball:
         return state.turned(tumble(state.view, dx, dy))
     return state.turned(orbit(state.view, dx, dy, state.up_axis))
@@ -70,10 +70,10 @@ def pan(view: View, right: float, up: float) -> View:
 def zoom(view: View, notches: float, at: tuple[float, float] = (0.0, 0.0)) -> View:
     """Return the view moved closer by wheel notches, within the limits.
 
-    What is at a place in the plane through the volume's centre stays there: to the right and up
+    A point of the plane through the volume's centre stays in place: it is given to the right and up
     from the image's middle, in halves of its shorter side.
     """
-    # Volumes that are no more than a line are seen from nearer.
+    # Line-like volumes are seen from nearer.
     nearest = min(NEAREST, view.distance)
     distance = min(max(view.distance * ZOOM_PER_NOTCH**notches, nearest), FARTHEST)
     grown = view.distance / distance
@@ -97,10 +97,10 @@ def light_at(x: float, y: float, limits: LightRange) -> LightDirection:
     return limits.nearest(LightDirection(azimuth, elevation))
 
 
-CLICK_REACH = 4.0  # largest movement of a click, in pixels; a drag turns the view only beyond it
+CLICK_REACH = 4.0  # largest movement of a click, in pixels; a larger one is a drag
 WHEEL_REST_MS = 200  # pause after a wheel event that ends a zoom gesture
 PIXELS_PER_NOTCH = 40.0  # scrolled pixels of a touchpad that count as a notch of a wheel
-LEAST_PINCH = 0.1  # least factor of a single step of a pinch, whose drivers may report nonsense
+LEAST_PINCH = 0.1  # least factor of a step of a pinch: drivers may report nonsense
 Gesture = Literal["turn", "roll", "pan", "light"]
 OTHER_BUTTONS: dict[Qt.MouseButton, Gesture] = {
     Qt.MouseButton.RightButton: "roll",
@@ -109,7 +109,7 @@ OTHER_BUTTONS: dict[Qt.MouseButton, Gesture] = {
 LEFT_BUTTON: dict[tuple[bool, bool], Gesture] = {
     (False, False): "turn", (True, False): "roll", (False, True): "pan", (True, True): "light",
 }  # fmt: skip
-"""Gestures of a drag with it, and whether Ctrl and Shift are down."""
+"""Gestures by mouse button and whether Ctrl and Shift are down."""
 
 
 class ViewGestures(QObject):
@@ -155,12 +155,12 @@ class ViewGestures(QObject):
             if event.button() != self._button and event.buttons() & self._button:
                 # Another button during a drag changes nothing.
                 return True
-            # The release was kept from this widget.
+            # Another widget has taken the release.
             self._end_drag()
         self._gesture = self._gesture_of(event)
         if self._gesture is None:
             return False
-        # What the wheel did is a gesture of its own.
+        # The wheel's zoom was a gesture of its own.
         self._end_zoom()
         self._button = event.button()
         self._last = self._pressed = self._newest = event.position()
@@ -178,7 +178,7 @@ class ViewGestures(QObject):
         return None if gesture == "light" and self._state.light is None else gesture
 
     def _release(self, event: QMouseEvent) -> bool:
-        # What handles events before may have kept the release that was waited for.
+        # Another event filter may have taken the awaited release.
         if event.button() == self._button or not event.buttons() & self._button:
             self._end_drag()
         return True
@@ -289,7 +289,7 @@ ROLLS: dict[int, int] = {Qt.Key.Key_PageUp: -1, Qt.Key.Key_PageDown: 1}  # clock
 
 
 class ViewKeys(QObject):
-    """Changes a state's view by the keys of a widget, which a click, the wheel and tab focus."""
+    """Changes a state's view by the keys of a widget; a click, the wheel and Tab focus it."""
 
     def __init__(self, widget: QWidget, state: ViewerState) -> None:
         super().__init__(widget)
@@ -335,7 +335,7 @@ class ViewKeys(QObject):
 
     def _step(self, event: QKeyEvent) -> Callable[[], View] | None:
         """Change of a key, with its modifiers; None for others."""
-        # The keys of the number block count as the others.
+        # The numeric keypad's keys count as the others.
         keys = event.modifiers() & ~Qt.KeyboardModifier.KeypadModifier
         fine = bool(keys & Qt.KeyboardModifier.ShiftModifier)
         control = bool(keys & Qt.KeyboardModifier.ControlModifier)
@@ -362,5 +362,5 @@ class ViewKeys(QObject):
 
 
 def _place_of(event: QKeyEvent) -> int:
-    """Place of a key on the keyboard: without Shift, the same key may have another name."""
+    """Physical key: without Shift, the same key may have another name."""
     return event.nativeScanCode() or event.key()

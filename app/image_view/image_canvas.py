@@ -1,4 +1,4 @@
-"""A widget that paints one image, with a ring where keys have brought the focus, and messages."""
+"""A widget that paints one image, messages over it, and a ring for keyboard focus."""
 
 from __future__ import annotations
 
@@ -19,22 +19,22 @@ from model.scene.region import Reach
 
 
 class KeyedWidget(QWidget):
-    """A widget that paints itself, and a ring around it if keys have brought the focus to it."""
+    """A widget that paints a ring around itself if the keyboard has moved the focus to it."""
 
     _is_ringed = Painted(False)
 
     def focusInEvent(self, event: QFocusEvent) -> None:
-        """Show a ring around what keys have brought the focus to."""
+        """Show a ring if the keyboard has moved the focus here."""
         self._is_ringed = event.reason() in BY_KEYS
         super().focusInEvent(event)
 
     def focusOutEvent(self, event: QFocusEvent) -> None:
-        """Show no ring any more."""
+        """Hide the ring."""
         self._is_ringed = False
         super().focusOutEvent(event)
 
     def _paint_ring(self, painter: QPainter) -> None:
-        """Paint the ring, if there is one; to be called last of all that is painted."""
+        """Paint the ring, if there is one; call it last."""
         if self._is_ringed:
             painter.setBrush(Qt.BrushStyle.NoBrush)
             painter.setPen(QPen(QColor(theme.ON_IMAGE.change), 2))
@@ -44,14 +44,14 @@ class KeyedWidget(QWidget):
 _MARGIN = 14
 
 LETTER = 20  # side of the names of A and B at the line between them, in pixels
-PROGRESS_HEIGHT = 2  # of the line that says how much of an image is there, in pixels
-LEAST_PROGRESS = 0.06  # part of that line that is painted as soon as an image is under way
-LEAST_GAP = 8  # pixels next to a picture that are not only rounding of its proportions
+PROGRESS_HEIGHT = 2  # of the line that shows an image's progress, in pixels
+LEAST_PROGRESS = 0.06  # least part of that line, painted as soon as an image is begun
+LEAST_GAP = 8  # pixels next to a picture that are more than rounding
 Decoration = Callable[[QPainter, QRect], None]  # paints over an image's rectangle
 
 
 def paint_progress(painter: QPainter, rect: QRect, progress: float) -> None:
-    """Paint a line along the upper edge of a rectangle, over the part of it that is done."""
+    """Paint a progress line along the upper edge of a rectangle."""
     done = round(progress * rect.width())
     line = QRect(rect.left(), rect.top(), done, PROGRESS_HEIGHT)
     painter.fillRect(line, QColor(theme.ON_IMAGE.change))
@@ -62,8 +62,8 @@ def to_qimage(
 ) -> QImage:
     """Convert premultiplied colours (H, W, 4), or opaque ones (H, W, 3), to an image.
 
-    It is on black, or clear where nothing is. Values outside [0, 1] are clipped, and pixels with
-    what is no number are dark. See :func:`model.rendering.brightness.brighten`.
+    It is on black, or transparent. Values outside [0, 1] are clipped, and NaN pixels are dark. See
+    :func:`model.rendering.brightness.brighten`.
     """
     levels = np.ascontiguousarray(rgba, np.float32)
     if levels.shape[2] == 3:
@@ -85,22 +85,22 @@ def to_qimage(
 
 
 class ImageCanvas(KeyedWidget):
-    """Shows an image as large as possible, a message over it, and how much of it is there.
+    """Shows an image as large as possible, with a message and its progress.
 
     A message dims the image instead of replacing it, so that the last image stays visible. A cover
-    takes the image's place while it is there, and decorations are painted over either.
+    replaces the image while it is set; decorations are painted over both.
 
-    An image may be wider or higher than the square in its middle that all images share.
-    Decorations and places refer to that square, and so do covers that are square.
+    An image may be wider or higher than the square in its middle, which all images share.
+    Decorations, places and square covers refer to that square.
     """
 
     resized = Signal()  # when the number of pixels on the screen has changed
     background = Painted[Background](BLACK)
     cover = Painted[QImage | None](None)  # in the image's place
     wiped = Painted["tuple[ImageCanvas, int] | None"](None)  # whose image is to the right of where
-    gave_focus = False  # whether the last press has brought the focus from the other of A and B
-    is_edited = Painted[bool](False)  # whether a frame says that the TF editor edits its TF
-    progress = Painted[float | None](None)  # part of the image that is there, 0..1; None for all
+    gave_focus = False  # whether the last press has moved the focus here from the other of A and B
+    is_edited = Painted[bool](False)  # whether a frame shows that the TF editor edits its TF
+    progress = Painted[float | None](None)  # progress of the image, 0..1; None if it is complete
     below_message = Painted[QWidget | None](None)  # messages are above it, not in the middle
 
     def __init__(self, parent: QWidget | None = None) -> None:
@@ -108,7 +108,7 @@ class ImageCanvas(KeyedWidget):
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         self.setContextMenuPolicy(Qt.ContextMenuPolicy.PreventContextMenu)
         self.setCursor(Qt.CursorShape.OpenHandCursor)
-        # Else Qt would paint what is below it first.
+        # Otherwise Qt would paint what is below it first.
         self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
         self.image: QImage | None = None
         self.message = ""
@@ -117,7 +117,7 @@ class ImageCanvas(KeyedWidget):
 
     @property
     def image_rect(self) -> QRect:
-        """Square in the middle of the image, which narrower and wider images share."""
+        """Square in the middle of the image, which images of all proportions share."""
         whole = self.picture_rect
         side = min(whole.width(), whole.height())
         return _centred(QSize(side, side), whole)
@@ -143,7 +143,7 @@ class ImageCanvas(KeyedWidget):
         return round(self.width() * ratio), round(self.height() * ratio)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Say that images of another size would fill the canvas."""
+        """Emit that the canvas has another size in pixels."""
         super().resizeEvent(event)
         self.resized.emit()
 
@@ -165,7 +165,7 @@ class ImageCanvas(KeyedWidget):
         self.replace_image(image)
 
     def replace_image(self, image: QImage | None) -> None:
-        """Show an image in place of the present one; a message over it stays."""
+        """Replace the image; a message over it stays."""
         self.image = image
         self.update()
 
@@ -197,7 +197,7 @@ class ImageCanvas(KeyedWidget):
             if self.wiped is not None:
                 self._paint_wiped(painter, *self.wiped)
             painter.setOpacity(1.0)
-            # Where a picture ends, the volume may be cut: that is to be seen.
+            # The volume may be cut off at a picture's edge, so the edge must be visible.
             painter.setPen(QPen(QColor(theme.ON_IMAGE.line), 1))
             if self.width() - rect.width() > LEAST_GAP:
                 painter.drawLine(rect.topLeft(), rect.bottomLeft())
@@ -256,7 +256,7 @@ class ImageCanvas(KeyedWidget):
 
     def _paint_message(self, painter: QPainter, of: ImageCanvas, place: QRect) -> None:
         painter.setPen(QColor(of._message_color))
-        # Narrower than the canvas, as long lines are hard to read.
+        # Narrower than the canvas, because long lines are hard to read.
         side = _MARGIN + (place.width() - 2 * _MARGIN) // 10
         column = place.adjusted(side, _MARGIN, -side, -_MARGIN)
         flags = Qt.AlignmentFlag.AlignCenter

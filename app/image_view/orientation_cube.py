@@ -91,7 +91,7 @@ class OrientationCube(QWidget):
 
     @property
     def visible_faces(self) -> dict[str, QPointF]:
-        """Middle of each visible face, by the standard view that shows it."""
+        """Centre of each visible face, by the standard view that shows it."""
         return {face.name: face.polygon.boundingRect().center() for face in self._faces}
 
     def face_at(self, position: QPointF) -> str:
@@ -102,7 +102,7 @@ class OrientationCube(QWidget):
         return ""
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Show the view that there is by now."""
+        """Show the present view."""
         self.follow()
         super().showEvent(event)
 
@@ -172,7 +172,7 @@ class OrientationCube(QWidget):
         painter.end()
 
     def follow(self) -> None:
-        """Show the state's view, unless it lies over the other image."""
+        """Show the state's view, unless the cube lies over the other image."""
         if self.isHidden():
             return
         state = self._state
@@ -214,7 +214,7 @@ def _visible(axes: Mapping[str, str], labels: dict[str, str], state: ViewerState
     found = []
     for name, angles in STANDARD_VIEWS.items():
         right, up, normal = View(*angles).basis() @ frame @ basis.T
-        # In perspective, a face is seen from in front of its plane.
+        # In perspective, a face is visible only from in front of its plane.
         if eye * normal[2] <= 1.0:
             continue
         corners = [normal - right + up, normal + right + up, normal + right - up]

@@ -1,4 +1,4 @@
-"""The choice of pane A or B for editing, by clicks and keys; and the line between both in one."""
+"""The choice of pane A or B for editing, and the wipe line between both in one image."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ LEAST_SHARE = 0.02  # of the width that is left to either image
 
 
 class WipeLine(QWidget):
-    """The line in A's image from which on B's is seen in its place; the mouse drags it.
+    """The wipe line in A's image: B's image is to its right. The mouse drags it.
 
-    On either side of it, as in any pane, a press of the mouse or the keys have that pane edited.
+    A mouse press or key on either side, as in any pane, selects that pane for editing.
     """
 
-    is_shown = Painted(False, "_place")  # with B to its right; else A is everywhere
+    is_shown = Painted(False, "_place")  # B's image is to its right; without it, A's is everywhere
 
     def __init__(self, tf_input: EditedTF, pane: EnginePane, pane_b: EnginePane) -> None:
         super().__init__(pane.canvas)
@@ -34,7 +34,7 @@ class WipeLine(QWidget):
         self.setToolTip("Drag to see more of A or of B")
         self.hide()
         pane.canvas.resized.connect(self._place)
-        # B's own canvas is out of sight.
+        # B's own canvas is hidden.
         pane_b.statusShown.connect(self._canvas.update)
         for widget in (pane.canvas, pane.caption, *self._of_b):
             widget.installEventFilter(self)
@@ -46,7 +46,7 @@ class WipeLine(QWidget):
         self._place()
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        """Take the mouse, which else would turn the view."""
+        """Take the mouse, which would otherwise turn the view."""
         event.accept()
 
     def _place(self) -> None:

@@ -29,7 +29,7 @@ LIGHTINGS = {
 }
 
 LIGHT_NAMES = {"none": "None", "direct": "Direct", "soft": "Soft", "path": "Path traced"}
-"""Light that there is, on the button."""
+"""Names of the lights, on the button."""
 
 SIZES = {
     None: "As large as the pane",
@@ -47,7 +47,7 @@ DRAWINGS: dict[Any, str] = {
 
 
 class BrightnessSlider(QWidget):
-    """Shows and changes the brightness, with a button that sets it back to the usual one."""
+    """Shows and changes the brightness, with a button that resets it."""
 
     def __init__(self, brightness: Brightness, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -173,7 +173,7 @@ class LightBall(QWidget):
         self.setFixedSize(QSize(DIAMETER, DIAMETER))
         self.setCursor(Qt.CursorShape.CrossCursor)
         self.setAccessibleName("Light direction")
-        # What stands next to it keeps its place.
+        # Its neighbours keep their places.
         policy = self.sizePolicy()
         policy.setRetainSizeWhenHidden(True)
         self.setSizePolicy(policy)
@@ -181,7 +181,7 @@ class LightBall(QWidget):
         self.set_light(None, None)
 
     def set_light(self, light: LightDirection | None, limits: LightRange | None) -> None:
-        """Offer a light within a range: no light hides the ball, no limits fix it."""
+        """Offer a light within a range; None hides the ball, and without limits it is fixed."""
         self._fixed = light or LightDirection()
         self._limits = limits or LightRange()
         self.setVisible(light is not None)
@@ -211,7 +211,7 @@ class LightBall(QWidget):
         )
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
-        """End the movement, which requests the final images; a click puts the light there."""
+        """End the movement and request the final images; a click moves the light there."""
         if self._start is not None and not self._moved:
             radius, at = DIAMETER / 2, event.position()
             self._state.light_input.move(

@@ -28,7 +28,7 @@ from model.latent.latent_map import CELLS
 GAP = 3
 STALE_OPACITY = 0.45
 
-LEAST_TOLD = 1.5  # factor of a picture's brightness from which its caption gives it
+LEAST_TOLD = 1.5  # brightness factor from which a picture's caption shows it
 CAPTION = 0.8  # size of captions, as a share of the usual letters
 
 
@@ -41,7 +41,7 @@ class CellGrid(KeyedWidget):
 
     is_stale = Painted(False)  # of an earlier view, light or colours
     message = Painted("")  # where there are no pictures
-    progress = Painted[float | None](None)  # part that is there, where it takes long
+    progress = Painted[float | None](None)  # progress of the pictures, if they take long
 
     def __init__(self, brightness: Brightness) -> None:
         super().__init__()
@@ -131,7 +131,7 @@ class CellGrid(KeyedWidget):
         self._hover(self._cell_at(event))
 
     def leaveEvent(self, _event: QEvent) -> None:
-        """No cell is under the mouse any more."""
+        """Forget the cell under the mouse."""
         self._hover(None)
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
@@ -173,7 +173,7 @@ class CellGrid(KeyedWidget):
             super().keyPressEvent(event)
 
     def focusOutEvent(self, event: QFocusEvent) -> None:
-        """No cell is chosen by keys any more."""
+        """Deselect the cell that was chosen by keys."""
         self._hover(None)
         super().focusOutEvent(event)
 
@@ -195,7 +195,7 @@ class CellGrid(KeyedWidget):
 
 
 def caption_of(picture: GridPicture, cell: int) -> str:
-    """Return the number of TFs that a picture is the mean of, or by how much it is brightened."""
+    """Return how many TFs a picture averages, or by how much it is brightened."""
     if picture.cells is not None:
         return str(int(picture.cells.count.flat[cell]))
     exposure = picture.exposures.get(cell, 1.0)

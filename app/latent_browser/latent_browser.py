@@ -40,7 +40,7 @@ BAND_WIDTH = 84, 150  # least and greatest width of the field of values, in pixe
 
 
 class BrowserBar(QWidget):
-    """Controls in one row: map or pictures, filter, codec, and the end of the map's computation."""
+    """Controls in one row: map or pictures, filter, codec, and cancelling the map's computation."""
 
     def __init__(
         self,
@@ -139,7 +139,7 @@ def parsed_band(text: str) -> Range | None:
 
 
 class Preview(QObject):
-    """Covers the reference by another TF's picture, and draws that TF over the editor's."""
+    """Covers the reference image by another TF's picture, and draws that TF over the editor's."""
 
     tfChanged = Signal(object)  # emitted with the TF shown instead of the image, or None
 
@@ -181,14 +181,14 @@ CHOOSING = "Choosing TFs that show different things …"
 NO_TFS = "No TF passes the filters."
 NO_VOLUME = "Open a volume: what its TFs show will be here."
 GAP = 8  # around map and grid, and between them, in pixels
-LEAST_SQUARE = 116  # side of map and grid in pixels: opened, they make no window higher
+LEAST_SQUARE = 116  # side of map and grid in pixels: opening them does not enlarge the window
 LEAST_SIDE = 0.01  # least side of a brush that a wheel's turn leads to
 
 
 class LatentBrowser(QWidget):
     """Shows the TFs that differ most, or the map next to the grid of its cells."""
 
-    resized = Signal()  # when another width suits it, see width_for
+    resized = Signal()  # when its best width has changed, see `width_for`
     problem = Signal(str)  # emitted with an error sentence; empty when it no longer holds
 
     def __init__(
@@ -202,7 +202,7 @@ class LatentBrowser(QWidget):
         self._state, self._pictures = state, pictures
         self._session, self._latent = pictures.session, pictures.state
         self.units = ""  # of the scalar values; may be empty
-        self._brushes: list[Brush] = []  # rectangles that the grid's wheel returns to
+        self._brushes: list[Brush] = []  # earlier rectangles, for the grid's wheel
         self._brightness = reference.brightness
         self.map = MapView(self._latent, self._session)
         self.bar = BrowserBar(self._latent, self.map.reset, self._session.cancel, self.problem.emit)
@@ -215,7 +215,7 @@ class LatentBrowser(QWidget):
         self._connect()
 
     def escape(self) -> bool:
-        """End the map's computation, or else the browsing; False without any."""
+        """End the map's computation, or else close the browser; False if neither is active."""
         if not self._latent.choices.shown:
             return False
         if self._session.is_embedding:
@@ -243,7 +243,7 @@ class LatentBrowser(QWidget):
         return 2 if self._latent.choices.on_map else 1
 
     def minimumSizeHint(self) -> QSize:
-        """Return the least size of bar and squares."""
+        """Return the minimum size of bar and squares."""
         least = 2 * LEAST_SQUARE + 3 * GAP
         return QSize(max(least, self.bar.minimumSizeHint().width()), HEIGHT + LEAST_SQUARE + GAP)
 
@@ -317,7 +317,7 @@ class LatentBrowser(QWidget):
         self._tell()
 
     def _say_why(self, _state: object = None) -> None:
-        """Say in the place of pictures why there are none yet."""
+        """Say why there are no pictures yet."""
         exact = self._pictures.exact
         if self._session.map is not None:
             why = exact.text if exact.state is EngineState.WAITING else CHOOSING
@@ -340,11 +340,11 @@ class LatentBrowser(QWidget):
             self.take(tf, "TF from the map", place)
 
     def take(self, tf: OpacityTF, text: str, place: Place, exposure: float | None = None) -> None:
-        """Make an opacity TF that was found at a place the present one, in one step of undo."""
+        """Take an opacity TF from a place of the map, as one undo step."""
         if tf.scalar_range != self._state.scalar_range:
             # Asked for while another volume was opened.
             return
-        # A TF of the map has many samples.
+        # A TF of the map has many points.
         fitted = fitted_curve(tf)
         self._session.remember_place(fitted, place)
         with self._state.edits.as_one(text):
@@ -372,7 +372,7 @@ class LatentBrowser(QWidget):
         self.preview.show_tf(None if cell is None else self._pictures.cell_tf(cell))
 
     def _zoom(self, cell: int | None) -> None:
-        """Have the rectangle be one of its cells, or for None the one before, or twice as large."""
+        """Shrink the rectangle to one of its cells; None goes back, or doubles it."""
         if not self._latent.choices.on_map:
             return
         left, lower, right, upper = self._latent.brush
@@ -402,7 +402,7 @@ class LatentBrowser(QWidget):
         self._tell("" if done >= 1 else f"Computing the map: {100 * done:.0f} %")
 
     def _tell(self, text: str = "") -> None:
-        """Say on the map what is going on, or how many TFs there are."""
+        """Show on the map what is going on, or how many TFs there are."""
         session = self._session
         if not text and session.map is not None and session.wanted is not None:
             if session.is_embedding:

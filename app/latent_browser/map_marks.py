@@ -61,7 +61,7 @@ class MapFrame:
         return QRectF(self.pixel((left, upper)), self.pixel((right, lower))).normalized()
 
     def zoomed(self, factor: float, at: QPointF) -> MapFrame:
-        """Come closer by a factor; what is under a pixel stays there."""
+        """Zoom in by a factor; the place under a pixel stays there."""
         place = self.place(at)
         zoom = min(max(self.zoom * factor, FARTHEST), CLOSEST)
         closer = replace(self, zoom=zoom)
@@ -126,7 +126,7 @@ CURSORS: dict[tuple[Grip, ...], Qt.CursorShape] = {
     ("lower",): Qt.CursorShape.SizeVerCursor,
     ("upper",): Qt.CursorShape.SizeVerCursor,
 }
-"""The mouse over edges of the brush; elsewhere it is a cross."""
+"""Mouse cursors over the brush's edges; elsewhere it is a cross."""
 
 
 BRUSH = "#f0f0f0"

@@ -69,7 +69,7 @@ class MapView(KeyedWidget):
         self._set_frame(MapFrame(self.width(), self.height()))
 
     def look_at(self, brush: Brush) -> None:
-        """Bring a rectangle into sight, so that it fills about half of the view."""
+        """Zoom to a rectangle, so that it fills about half of the view."""
         left, lower, right, upper = brush
         side = max(right - left, upper - lower, 1e-3)
         middle = (left + right) / 2, (lower + upper) / 2
@@ -83,7 +83,7 @@ class MapView(KeyedWidget):
         """Paint points and marks."""
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        # Dark in both themes, as its colours are made for that.
+        # Dark in both themes, to suit the colours.
         painter.fillRect(self.rect(), QColor(theme.ON_IMAGE.plot))
         map_ = self._session.map
         if self.message or map_ is None or self._shades is None:
@@ -173,11 +173,11 @@ class MapView(KeyedWidget):
         self.update()
 
     def leaveEvent(self, _event: QEvent) -> None:
-        """Nothing is under the mouse any more."""
+        """Forget the place under the mouse."""
         self._latent.set_hover(None)
 
     def wheelEvent(self, event: QWheelEvent) -> None:
-        """Come closer to what is under the mouse, or move away."""
+        """Zoom in to the place under the mouse, or out."""
         notches = event.angleDelta().y() / 120
         self._set_frame(self.frame.zoomed(WHEEL_FACTOR**notches, event.position()))
         self._hover(event.position())

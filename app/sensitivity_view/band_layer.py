@@ -1,4 +1,4 @@
-"""The band of values that is asked about: drawn over the plot, and chosen by the mouse there."""
+"""The band of values in question: drawn over the plot, and chosen there with the mouse."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ CLICK_REACH = 4
 
 
 class PlotMouse(QObject):
-    """Asks by the mouse over the opacity plot; the handles get their events as always."""
+    """Chooses the band with the mouse over the opacity plot; handles keep their events."""
 
     def __init__(self, area: PlotArea, state: ViewerState, asked: SensitivityState) -> None:
         super().__init__(area)
         self._area, self._state, self._asked = area, state, asked
         self._pressed: QPointF | None = None
-        self._edits = False  # whether a handle was moved since the mouse came to the plot
+        self._edits = False  # whether a handle was moved since the mouse entered the plot
         viewport = area.widget.viewport()
         viewport.setMouseTracking(True)
         viewport.installEventFilter(self)
@@ -82,7 +82,7 @@ class PlotMouse(QObject):
             return
         value = self._value_at(event.position())
         if not event.buttons():
-            # Who has just moved a handle, or is about to, looks at the picture.
+            # While users move a handle, they look at the picture.
             is_editing = self._edits or self._area.has_handle_at(event.position().toPoint())
             self._asked.hover(None if is_editing else value, _asks_effect(event))
         elif self._pressed is not None:
@@ -102,7 +102,7 @@ class PlotMouse(QObject):
 
 
 def _asks_effect(event: QMouseEvent) -> bool:
-    """Whether the mouse asks what an edit would change, instead of where values are visible."""
+    """Whether the mouse asks about an edit, instead of where values are visible."""
     return bool(event.modifiers() & Qt.KeyboardModifier.ControlModifier)
 
 
@@ -110,7 +110,7 @@ TAG_HEIGHT, KEPT_HEIGHT = 20, 26  # heights of the tag: without its buttons, and
 
 
 class BandTag(Card):
-    """Says what a band shows; once it is kept, it has buttons to add a mode and to let it go."""
+    """Tag that says what a band shows; if the band is kept, with buttons for it."""
 
     def __init__(self, area: PlotArea, add: Callable[[bool], object]) -> None:
         super().__init__(area.widget.viewport(), "tag")
@@ -124,12 +124,12 @@ class BandTag(Card):
         self.hide()
 
     def show_band(self, text: str, color: str, is_kept: bool) -> None:
-        """Show a text, on the colour of what it means."""
+        """Show a text on the colour of its meaning."""
         self.text.setText(text)
         self.text.setStyleSheet(f"color: {color};")
         for button in (self.add, self.release):
             button.setVisible(is_kept)
-        # Under the mouse, it would take the plot's place.
+        # Under the mouse, it would block the plot.
         self.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents, not is_kept)
         self.setFixedHeight(KEPT_HEIGHT if is_kept else TAG_HEIGHT)
         self._row.activate()
@@ -165,7 +165,7 @@ class BandLayer:
         return "" if self.tag.isHidden() else self.tag.text.text()
 
     def ask_edit(self, asks: bool) -> None:
-        """Say that an edit at the band is asked for, as by What if, whatever the mouse asks."""
+        """Treat the band as an edit, as *What if* does, whatever the mouse asks."""
         if asks != self._asks_edit:
             self._asks_edit = asks
             self.refresh()
@@ -208,7 +208,7 @@ class BandLayer:
         self.tag.move(left, self._free_height(left))
 
     def _free_height(self, left: int) -> int:
-        """Height, from the plot's top on, at which the tag covers neither flags nor the card."""
+        """Distance from the plot's top at which the tag covers neither flags nor the card."""
         plot, size = self._area.rect, self.tag.size()
         others = [box for box in self._area.card_boxes() if box != self.tag.geometry()]
         taken = [*others, *self._area.handle_boxes(), *self._area.label_boxes()]
@@ -218,5 +218,5 @@ class BandLayer:
 
 
 def _percent(share: float) -> str:
-    """Whole percent; what shows a little is not said to show nothing."""
+    """Whole percent; a small share is not rounded to 0."""
     return "under 1 %" if 0.0005 <= share < 0.005 else f"{100 * share:.0f} %"

@@ -1,4 +1,4 @@
-"""Chips of what is drawn over the TF: each says what a layer means, and shows or hides it."""
+"""Chips of the layers over the TF: each names a layer, and shows or hides it."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from app.tf_editor.histogram import HistogramLayer
 from model.sensitivity.display import Measure
 
 _ICON = QSize(14, 12)
-AROUND = 18  # beside and between a chip's colour and its text, in pixels
+AROUND = 18  # around and between a chip's colour and its text, in pixels
 _Form = Literal["change", "visible", "voxels", "region"]
 
 
@@ -40,7 +40,7 @@ class Chip(QToolButton):
         super().__init__()
         self._form = form
         self._is_on = True
-        self.caption = name  # its text, also where there is no room for it
+        self.caption = name  # its text, even if there is no room for it
         if switch is not None:
             self.setCheckable(True)
             self.clicked.connect(lambda on: switch(on))
@@ -53,7 +53,7 @@ class Chip(QToolButton):
         self.set_caption(name)
 
     def set_caption(self, text: str) -> None:
-        """Say another text."""
+        """Set the text."""
         self.caption = text
         self.set_folded(self.toolButtonStyle() == Qt.ToolButtonStyle.ToolButtonIconOnly)
 
@@ -67,7 +67,7 @@ class Chip(QToolButton):
         self._draw()
 
     def sizeHint(self) -> QSize:
-        """Return the room of colour and text, of which Qt's style takes more than it fills."""
+        """Return the size of colour and text; Qt's style would add unused space."""
         hint = super().sizeHint()
         if self.toolButtonStyle() == Qt.ToolButtonStyle.ToolButtonIconOnly:
             return hint
@@ -79,7 +79,7 @@ class Chip(QToolButton):
         return self.sizeHint()
 
     def set_on(self, on: bool) -> None:
-        """Look as if the layer is shown, or not."""
+        """Show whether the layer is on."""
         self._is_on = on
         self.setProperty("off", not on)
         self.style().unpolish(self)
@@ -195,7 +195,7 @@ class ChipBar(QWidget):
         tip = "Keep the scale of colours and curve, to compare"
         self.lock = add_switch(menu, "Lock scale", tip, lambda on: asked.choose(locked=on))
         self._folded_voxels = add_switch(menu, "Voxels", VOXELS_TIP, self._show_voxels)
-        # The arrow belongs to the word before it.
+        # The arrow stays with the word before it.
         change = fill(QHBoxLayout(), self.change, self.more)
         parts = self.visible, self.voxels, rule(18), self.panel
         fill(QHBoxLayout(self), 4, self.region, rule(18), change, *parts, spacing=4)
@@ -207,7 +207,7 @@ class ChipBar(QWidget):
         return [self.region, self.change, self.more, self.visible, self.voxels, self.panel]
 
     def fill_regions(self) -> None:
-        """List the regions, and what can be done with them."""
+        """Fill the menu with the regions and actions on them."""
         menu, state = self.regions_menu, self._state
         menu.clear()
         names = ["Whole image", *(region.name for region in state.regions)]
@@ -269,7 +269,7 @@ class ChipBar(QWidget):
         self.change.setToolTip(f"{CHANGE_TIP}\n{said}" if said else CHANGE_TIP)
 
     def fold(self, width: int, has_panel: bool) -> None:
-        """Take less room in a narrow editor, and least next to the panel."""
+        """Take less room in a narrow editor, and the least next to the panel."""
         is_narrow = width < FOLDED_BELOW
         self.voxels.setVisible(not is_narrow)
         self._folded_voxels.setVisible(is_narrow)

@@ -37,14 +37,14 @@ from model.sensitivity.display import (
 
 BAR, HEIGHT, MARGIN = QSize(140, 10), 24, 8
 
-BACKING = 190  # opacity of what lies behind the text, of 255
+BACKING = 190  # opacity of the background behind the text, of 255
 ROOM = 60  # height of the lines above a painted bar, at most, in pixels
 LOCKED = "locked"
 TIP = "Click to keep the scale of colours and curve, to compare"
 
 
 class ColorBar(QToolButton):
-    """Says what the colours over an image mean; a click locks their scale, and frees it again."""
+    """Colour bar over an image; a click locks or unlocks its scale."""
 
     def __init__(self, canvas: ImageCanvas, sensitivity: SensitivityState) -> None:
         super().__init__(canvas)
@@ -118,7 +118,7 @@ class ColorBar(QToolButton):
         texts = (*self._texts, self._lock)
         width = round(sum(self._width_of(text) + MARGIN for text in texts) + self._bar_width)
         self.setFixedWidth(min(width + 2 * MARGIN, max(self._canvas.width() - 2 * MARGIN, 40)))
-        # Over the scale bar's and the legend's corners it is not.
+        # It must not cover the corners with scale bar and legend.
         at = self._canvas.width() // 2 - self.width() // 2
         self.move(at, self._canvas.height() - HEIGHT - MARGIN)
         self.update()
@@ -155,16 +155,15 @@ def _shades(measure: Shown) -> QImage:
     return to_qimage(color_bar(measure, BAR.width())[None])
 
 
-KEPT_S = 1.0  # time for which images wait for their field; the newest one as long as it is
-LEAST_SEEN = 0.02  # least part of a pixel at the end of a scale: what is fainter is not seen
+KEPT_S = 1.0  # time for which images wait for their field; the newest one waits without limit
+LEAST_SEEN = 0.02  # least share of a pixel at the end of a scale: fainter values are invisible
 
 
 class FieldCover(QObject):
-    """Shows a field with the very image that it belongs to, or nothing.
+    """Shows a field together with the image that it belongs to, or nothing.
 
-    Fields and images arrive at different times. A field covers the pane only together with
-    the image of the same inputs; while newer images arrive faster than fields, the last pair
-    stays, and is never mixed.
+    Fields and images arrive at different times. A field covers the pane only with the image of the
+    same inputs. While images arrive faster than fields, the last pair stays.
     """
 
     def __init__(
@@ -216,7 +215,7 @@ class FieldCover(QObject):
             self._uncover()
 
     def show_what_if(self, answer: Trial | None, edit: str = "") -> None:
-        """Show the difference that an edit makes, and say which edit; or the field again."""
+        """Show the difference that an edit makes, and name the edit; or show the field again."""
         was_shown, self._what_if = self._what_if is not None, answer
         if answer is None:
             if was_shown:
@@ -240,7 +239,7 @@ class FieldCover(QObject):
         self.refresh()
 
     def check_stop(self, state: EngineState | None = None) -> None:
-        """Uncover a pane that has lost its image, or whose image is another engine's."""
+        """Uncover a pane whose image is gone or belongs to another engine."""
         if self.pane.canvas.image is None or state is EngineState.LOADING:
             self._images.clear()
             self.show_what_if(None)
@@ -248,7 +247,7 @@ class FieldCover(QObject):
     def _uncover(self) -> None:
         was_shown, self._shown_as = self._shown_as, None
         self.bar.hide()
-        # What another has laid there, such as a picture of the map, is not this one's to take.
+        # Leave other covers, such as a picture of the map.
         if was_shown is not None:
             self.pane.canvas.cover = None
             self.pane.name_cover("")
@@ -256,7 +255,7 @@ class FieldCover(QObject):
         self.pane.canvas.update()
 
     def _show(self, colored: NDArray[np.float64], measure: Shown, meaning: str) -> None:
-        """Cover the image by a picture, whose colours are said in the bar."""
+        """Cover the image by a picture, with its colour bar."""
         self._shown_as = measure
         self.pane.canvas.cover = to_qimage(colored)
         high = f"{100 * self.scale:.0f} %" if measure == "visible" else short(self.scale)
@@ -310,7 +309,7 @@ class FieldCover(QObject):
 def _square_together(
     field: NDArray[np.float64], image: NDArray[np.float32]
 ) -> tuple[NDArray[np.float64], NDArray[np.float32]]:
-    """Cut to the middle square what is wider than the other: the generator's is square."""
+    """Crop the wider one to its middle square: the generator's image is square."""
     height, width = image.shape[:2]
     if height == width:
         return middle_square(field), image

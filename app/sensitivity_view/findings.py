@@ -1,4 +1,4 @@
-"""Findings of the panel, as data: values of a region or place, edits that show most, sources."""
+"""Findings of the panel, as data: values of a region or place, strongest edits, sources."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ from model.sensitivity.peaks import (
     strongest_intervals,
 )
 
-GOOD, FAIR = 0.9, 0.7  # least cosine of good and of fair agreement
-NOTABLE = 2.0  # factor between learned and exact responses from which it is said
+GOOD, FAIR = 0.9, 0.7  # least cosines of good and fair agreement
+NOTABLE = 2.0  # ratio of learned to exact responses from which the panel reports it
 ROWS = 3  # most values, and most edits
-LEAST_SAID = 0.001  # change of pixel values, 0 to 1, that is said: a quarter of an 8-bit step
+LEAST_SAID = 0.001  # least change of pixel values that is shown: a quarter of an 8-bit step
 
 VALUE_TIP = "Values {}: {} % of what is visible"
 EDIT_TIP = (
@@ -39,7 +39,7 @@ EDIT_TIP = (
 
 @dataclass(frozen=True)
 class Row:
-    """A line of the panel: its texts from the left on, and below them a bar as long as a share."""
+    """A line of the panel: texts, and below them a bar whose length is a share."""
 
     texts: tuple[str, ...]
     tip: str
@@ -48,19 +48,19 @@ class Row:
 
     @property
     def text(self) -> str:
-        """The line as it is read."""
+        """The line as plain text."""
         return "   ".join(word for word in (self.badge, *self.texts) if word)
 
 
 @dataclass(frozen=True)
 class Values:
-    """The values that show in a region or at a place; kept in their order while they are edited."""
+    """The values of a region or place, in a fixed order while they are edited."""
 
     place: ImageRegion | None = None
     found: tuple[Contribution, ...] = ()
 
     def of(self, asker: SensitivityAsker, holds: bool) -> Values:
-        """Return the present ones, if they are held in the order of these."""
+        """Return the present values in the order of these, if they are held."""
         answer = answer_of_values(asker)
         if answer is None:
             return Values()
@@ -71,7 +71,7 @@ class Values:
 
 
 def answer_of_values(asker: SensitivityAsker) -> VisibilityAnswer | None:
-    """Return the answer that has the panel's values; None while it is not known."""
+    """Return the answer with the panel's values; None until it is there."""
     asked, answer = asker.asked, asker.visibility
     if asked.place is not None:
         return asker.pick
@@ -88,21 +88,21 @@ def displayed_now(
 
 
 def of_interest(asker: SensitivityAsker) -> NDArray[np.bool_]:
-    """Whether each of 256 values is not below those of interest, where the background is."""
+    """Whether each of 256 values is of interest or above: below is the background."""
     return np.asarray(np.linspace(*asker.state.scalar_range, TF_SAMPLES) >= asker.window[0])
 
 
 @dataclass(frozen=True)
 class Peaks:
-    """The highest peaks of the region's curve, the highest one first."""
+    """The highest peaks of the region's curve, the highest first."""
 
     intervals: tuple[Interval, ...] = ()
-    left_out: float | None = None  # value of the highest peak, where it is the background's
-    strongest: float | None = None  # value where an edit shows most; None where none shows
+    left_out: float | None = None  # value of the highest peak, if it is the background's
+    strongest: float | None = None  # value of the strongest edit; None if no edit shows
 
     @classmethod
     def of(cls, asker: SensitivityAsker) -> Peaks:
-        """Find them in the answer that is shown first."""
+        """Find them in the preferred answer."""
         answer = asker.region
         values = displayed_now(asker, answer)
         if answer is None or values is None or not asker.asked.choices.shown:
@@ -121,7 +121,7 @@ class Peaks:
 
 @dataclass(frozen=True)
 class Findings:
-    """Rows of one part of the panel, and a note; what is not fresh is of another image."""
+    """Rows of one part of the panel, and a note; stale ones belong to another image."""
 
     rows: tuple[Row, ...]
     note: str
@@ -129,7 +129,7 @@ class Findings:
 
 
 def values_found(asker: SensitivityAsker, values: tuple[Contribution, ...]) -> Findings:
-    """Say what is visible in the active region, or at the clicked place if there is one."""
+    """List what is visible in the active region, or at the clicked place if there is one."""
     answer = answer_of_values(asker)
     is_fresh = answer is not None and answer.is_of(asker.state.inputs)
     waiting = asker.waiting if asker.engines else ""
@@ -145,14 +145,14 @@ def values_found(asker: SensitivityAsker, values: tuple[Contribution, ...]) -> F
 def edits_found(
     asker: SensitivityAsker, peaks: Peaks, values: Findings
 ) -> tuple[Findings, list[tuple[str, str]]]:
-    """Say which edits change the active region most, and their effects for flags and in words."""
+    """List the edits that change the active region most, with effects for flags and in words."""
     is_fresh = asker.is_fresh(asker.region)
     edits = [_edit(asker, number, interval) for number, interval in enumerate(peaks.intervals, 1)]
     if peaks.intervals:
         out = peaks.left_out
         note = "" if out is None else f"background at {asker.state.value_text(out)} is not listed"
     elif is_fresh:
-        # Or it only rises towards values that hardly any voxel has.
+        # Or it only rises towards values of hardly any voxel.
         flat = peaks.strongest is None
         note = "no edit changes this region" if flat else "the curve has no peak"
     else:
@@ -184,7 +184,7 @@ def change_text(change: float) -> str:
 
 
 def source_text(workspace: Workspace) -> str:
-    """Name the engines behind what is shown with their curves' colours, and how far they agree."""
+    """Name the engines of the curves, with the curves' colours, and their agreement."""
     asker, choices = workspace.sensitivity, workspace.sensitivity.asked.choices
     hint = asker.hint
     if not choices.shown:
@@ -227,7 +227,7 @@ def _agreement_text(found: Agreement, hint: str) -> str:
     if not 1 / NOTABLE < found.strength < NOTABLE:
         words.append(f"{found.strength:.1f} times as strong")
     elif not hint:
-        # Where the model knows nothing, a shape that happens to agree is no good.
+        # Outside the model's training, agreement is chance.
         words.append(_trust_word(found.cosine))
     return ", ".join(words)
 

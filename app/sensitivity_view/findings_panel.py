@@ -1,4 +1,4 @@
-"""Panel of findings: values of a region or place, edits that show most, what if, the source."""
+"""Panel of findings: values of a region or place, strongest edits, *What if*, the source."""
 
 from __future__ import annotations
 
@@ -86,14 +86,14 @@ class PanelRow(QWidget):
         self.set_height(ROW_HEIGHT)
 
     def set_height(self, height: int) -> None:
-        """Take as many pixels, and its buttons nearly as many."""
+        """Set the height in pixels, and nearly the same for the buttons."""
         self.setFixedHeight(height)
         for button in self.buttons:
             button.setFixedHeight(min(height - BAR, 22))
 
     @property
     def text(self) -> str:
-        """The row as it is read; empty if it is not there."""
+        """The row as plain text; empty if it is hidden."""
         return "" if self.isHidden() else self._shown.text
 
     @property
@@ -166,7 +166,7 @@ class PanelRow(QWidget):
 
 
 class SourceLabel(QLabel):
-    """Names the engines behind what is shown, with the colours of their curves."""
+    """Names the engines of the curves, with the curves' colours."""
 
     def __init__(self, workspace: Workspace) -> None:
         super().__init__()
@@ -183,7 +183,7 @@ class SourceLabel(QLabel):
 
     @property
     def said(self) -> str:
-        """Text of the line as it is read."""
+        """The line as plain text."""
         return without_links(self.text())
 
     def refresh(self) -> None:
@@ -194,7 +194,7 @@ class SourceLabel(QLabel):
 
 
 class FindingsPanel(QFrame):
-    """Lists what is visible in the region or at the clicked place, and edits that show most."""
+    """Lists what is visible in the region or at the clicked place, and the strongest edits."""
 
     def __init__(
         self,
@@ -208,7 +208,7 @@ class FindingsPanel(QFrame):
         super().__init__()
         self._asker, self._layer, self._actions, self._what_if = asker, layer, actions, what_if
         self._fitted = fitted  # called after it has opened or closed
-        self._wanted: bool | None = None  # open, by the user; None for where there is room
+        self._wanted: bool | None = None  # open or closed by the user; None: open if there is room
         self._has_room = self._is_folded = self._is_low = self._holds = False
         self.values = Values()
         self.setProperty("role", "side")
@@ -243,7 +243,7 @@ class FindingsPanel(QFrame):
         self.result = QLabel()
         self.result.setWordWrap(True)
         self.result.setProperty("role", "dim")
-        # A result takes the place of the source, so that nothing else moves.
+        # A result replaces the source line, so that nothing else moves.
         self._said = QStackedWidget()
         for line in (source, self.result):
             self._said.addWidget(line)
@@ -260,13 +260,13 @@ class FindingsPanel(QFrame):
 
     @property
     def is_open(self) -> bool:
-        """Whether it is to be seen."""
+        """Whether the panel is visible."""
         is_wanted = self._has_room if self._wanted is None else self._wanted
         return is_wanted and self._asker.asked.choices.shown and not self._is_folded
 
     @property
     def is_asked_for(self) -> bool:
-        """Whether it is open because somebody opened it."""
+        """Whether the user has opened it."""
         return self.is_open and bool(self._wanted)
 
     def set_open(self, is_open: bool) -> None:
@@ -277,7 +277,7 @@ class FindingsPanel(QFrame):
         self.show_open()
 
     def show_open(self) -> None:
-        """Be there, or not."""
+        """Show or hide the panel."""
         if self.isHidden() == self.is_open:
             self.setVisible(self.is_open)
             self._fitted()
@@ -298,21 +298,21 @@ class FindingsPanel(QFrame):
         self.show_open()
 
     def leaveEvent(self, event: QEvent) -> None:
-        """List what shows by now, once the mouse has left its rows."""
+        """List the present values, once the mouse has left the rows."""
         super().leaveEvent(event)
         if self._holds:
             self._holds = False
             self.refresh()
 
     def refresh(self) -> None:
-        """Show the present values and edits, unless something moves: the images have the time."""
+        """Show the present values and edits, unless something moves: images come first."""
         asker, layer = self._asker, self._layer
         if asker.state.live:
             return
         self.values = self.values.of(asker, self._holds)
         values = values_found(asker, self.values.found)
         edits, effects = edits_found(asker, layer.peaks, values)
-        # Where there is little room, the heading of values is not there.
+        # With little room, there is no heading of values.
         is_place = asker.asked.place is not None
         heading = "Values at the clicked place" if is_place else "Values visible"
         self.values_heading.setText(heading)
@@ -323,7 +323,7 @@ class FindingsPanel(QFrame):
             (self.edits_note, self.edit_rows, edits),
         ):
             label.setText(found.note)
-            # Where there is little room, rows say enough.
+            # With little room, rows are enough.
             label.setVisible(bool(found.note) and not (self._is_low and found.rows))
             for row, shown in zip_longest(rows, found.rows):
                 row.show_row(shown, found.is_fresh)
@@ -374,7 +374,7 @@ class FindingsPanel(QFrame):
 
     def _emphasize(self, index: int, how: Emphasis) -> None:
         if index < len(self.values.found):
-            # Whoever clicks the same button twice means the same value.
+            # Two clicks on one button mean the same value.
             self._holds = True
             self._actions.emphasize(self.values.found[index], how)
 

@@ -1,4 +1,4 @@
-"""Regions over an image, edited by the mouse; and what shows at a clicked place."""
+"""Regions over an image, edited with the mouse, and the label of values at a clicked place."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class RegionLayer(QObject):
         super().__init__(canvas)
         self._canvas, self._state = canvas, asked
         self._clicked, self._drawn = clicked, drawn
-        """Called before a click asks what shows at its place, and after a region is drawn."""
+        """Callbacks before a click asks about its place, and after a region is drawn."""
         self._pressed: QPointF | None = None
         self._moved = False
         self._grip: str | int | None = None
@@ -72,7 +72,7 @@ class RegionLayer(QObject):
         if kind == QEvent.Type.MouseMove:
             return self._move(cast("QMouseEvent", event).position())
         if kind == QEvent.Type.MouseButtonDblClick:
-            # The first of the two clicks was none: a double click returns to the first view.
+            # The first click does not count: a double click returns to the home view.
             self._state.pick(self._place_before)
             self._pressed = None
         if kind == QEvent.Type.MouseButtonRelease and self._pressed is not None:
@@ -250,7 +250,7 @@ class RegionLayer(QObject):
     def _paint_plate(
         self, painter: QPainter, text: str, corner: QPointF, ink: str, ground: str
     ) -> None:
-        """Write on a plate of its own, as images are of any colour."""
+        """Write on a background, because images have any colour."""
         box = _plate(painter, text).translated(corner)
         plate = QColor(ground)
         plate.setAlpha(220)
@@ -280,7 +280,7 @@ def _point(place: tuple[float, float], rect: QRect) -> QPointF:
 def name_corners(
     regions: Sequence[QRectF], plates: Sequence[QRectF], covered: Sequence[QRectF] = ()
 ) -> list[QPointF]:
-    """Return where the names of regions begin, so that no name lies over another."""
+    """Return positions of the regions' names that do not overlap."""
     taken = list(covered)
     corners = []
     for region, plate in zip(regions, plates, strict=True):
@@ -326,7 +326,7 @@ EDGE = 4  # least distance from the canvas's edges, in pixels
 
 
 class PlaceLabel(Card):
-    """Names the values at the place that was clicked in this canvas; it moves nothing else."""
+    """Label with the values at the clicked place in this canvas."""
 
     def __init__(
         self,
@@ -357,7 +357,7 @@ class PlaceLabel(Card):
     def refresh(self) -> None:
         """Show the values at the place; until they are known, say so."""
         asker, place = self._asker, self._asker.asked.place
-        # A place that was clicked in a wider image has no values in this one.
+        # The clicked place may lie outside this narrower image.
         is_seen = self.is_here and place is not None and self._canvas.has_place(place)
         if not (is_seen and asker.asked.choices.shown):
             self.hide()
@@ -373,7 +373,7 @@ class PlaceLabel(Card):
             f"<tr><td>{values}</td><td align='right' style='padding-left: 12px'>{part}</td></tr>"
             for values, part in ((escape(text), part) for text, part in lines)
         )
-        # Not above values that are still to come, so that no link moves from under the mouse.
+        # The link stays below values that are still to come, so that it does not move.
         pieces = "".join(map(self._row_of, self._finder.pieces, "01")) if asker.pick else ""
         nothing = "Nothing visible here" if asker.pick else asker.waiting
         rows = rows or (pieces and f"<tr><td>{nothing}</td></tr>")

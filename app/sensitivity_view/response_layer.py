@@ -26,7 +26,7 @@ from model.scene.transfer_function import TF_SAMPLES, Range
 from model.sensitivity.display import FLOOR
 from model.sensitivity.peaks import contributions, percentages
 
-STALE = 0.4  # opacity of what is not of the present image
+STALE = 0.4  # opacity of curves that belong to another image
 FLAG_HEIGHT = 19
 FLAG_GAP = 3  # least distance between two flags, in pixels
 
@@ -40,12 +40,12 @@ class PeakFlag(QToolButton):
         self.setProperty("role", "change flag")
         self.setFixedHeight(FLAG_HEIGHT)
         self.setCursor(Qt.CursorShape.PointingHandCursor)
-        # Two clicks on one that is dim are no double click in the plot.
+        # Two clicks on a dim flag are no double click in the plot.
         self.setAttribute(Qt.WidgetAttribute.WA_NoMousePropagation)
         self.say("", "")
 
     def say(self, effect: str, name: str) -> bool:
-        """Show what the edit does; the name says it in words. Return whether that is news."""
+        """Show the edit's effect, in words in its name; return whether that has changed."""
         text = f"{self.number}  {effect}".rstrip()
         if (text, name) == (self.text(), self.accessibleName()):
             return False
@@ -72,7 +72,7 @@ def place_flags(flags: Sequence[QWidget], centers: Sequence[int], plot: QRect) -
         width = flags[index].width()
         lefts[index] = max(free, centers[index] - width // 2)
         free = lefts[index] + width + FLAG_GAP
-    # What would reach beyond the right edge goes back, and pushes its neighbours.
+    # Flags that would reach beyond the right edge move back and push their neighbours.
     end = plot.right() + 1
     for index in reversed(order):
         width = flags[index].width()
@@ -82,11 +82,11 @@ def place_flags(flags: Sequence[QWidget], centers: Sequence[int], plot: QRect) -
         flag.move(left, plot.top())
 
 
-UNIT = " per .01"  # at the top of the numbers, as they are changes by an edit of .01 of opacity
+UNIT = " per .01"  # unit above the numbers: changes by an edit of .01 of opacity
 
 
 class ResponseLayer:
-    """Draws the newest responses over the opacity plot; their zero lies on half of it."""
+    """Draws the newest responses over the opacity plot; zero is at half of its height."""
 
     def __init__(
         self, area: PlotArea, asker: SensitivityAsker, add_mode: Callable[[int], object]
@@ -154,7 +154,7 @@ class ResponseLayer:
                 self._place_flags()
 
     def say_effects(self, effects: Sequence[tuple[str, str]]) -> None:
-        """Write on each flag what its edit does, and name it by that in words."""
+        """Write the effect of its edit on each flag, and in words in its name."""
         said = [flag.say(*effect) for flag, effect in zip(self.flags, effects, strict=False)]
         # The plot is not painted anew with every view of a drag.
         if any(said):
@@ -165,7 +165,7 @@ class ResponseLayer:
         return self._asked.shows_curve
 
     def follow_region(self) -> None:
-        """Come with a region, and go with it."""
+        """Show or hide the curve with the active region."""
         if self._is_shown != self._was_shown:
             self._was_shown = self._is_shown
             self.refresh()
@@ -174,7 +174,7 @@ class ResponseLayer:
             self.mark_stale()
 
     def _scale_axis(self) -> bool:
-        """Let the axis reach to the highest response of interest; return whether it was fitted."""
+        """Scale the axis to the highest response of interest; return whether it was scaled."""
         asker = self._asker
         inside = (np.abs(values[of_interest(asker)]) for values, _range in self._shown.values())
         highest = max((float(each.max(initial=0.0)) for each in inside), default=0.0)
@@ -183,7 +183,7 @@ class ResponseLayer:
         if choices.locked and self._limit > FLOOR:
             limit = self._limit
         elif self._asked.dragging or self._state.live:
-            # Growing only: a scale that shrinks while dragging hides that the response falls.
+            # Only growing: if the scale shrank during a drag, a falling response would not be seen.
             limit = max(limit, self._limit)
         fits_anew = limit != self._limit or not self._state.live
         if fits_anew:
@@ -192,14 +192,14 @@ class ResponseLayer:
         return fits_anew
 
     def fit(self) -> None:
-        """Let the scale end where the opacities do: at 1, and where it is signed at 0, too."""
+        """Align the scale's ends with those of the opacities."""
         limit, head = self._limit, self._area.headroom
         signed = self._asked.choices.measure == "signed"
         low = -limit if signed else 0.0
         self._view.setYRange(low, limit + head * (limit - low), padding=0)
         self._zero.setVisible(self._is_shown and signed and self._area.scale.logarithmic)
         labels: list[tuple[float, str]] = []
-        # Without a curve, there is nothing that they are of.
+        # Without a curve, there are no numbers.
         if any(curve.isVisible() for curve in self._curves.values()):
             end = round_below(limit)
             numbers = (-end, 0.0, end) if signed else (0.0, end / 2, end)
@@ -214,13 +214,13 @@ class ResponseLayer:
         )
         self._mark_cut()
         if self._state.live:
-            # A scale does not move the flags, for which the card at the handle would look for room.
+            # The scale does not move the flags, so the handle's card need not move, either.
             self._draw_stems()
         else:
             self._place_flags()
 
     def _mark_cut(self) -> None:
-        """Put an arrow where a curve leaves the plot: once for each part outside."""
+        """Put an arrow where a curve leaves the plot, one for each part outside."""
         spots = []
         for values, (low, high) in self._shown.values():
             places = self._area.axis.places(np.linspace(low, high, len(values)))
@@ -282,7 +282,7 @@ class ResponseLayer:
 
 
 def round_below(limit: float) -> float:
-    """Return the largest of 1, 2 and 5, times a power of ten, that lies well below a limit."""
+    """Return the largest of 1, 2 and 5 times a power of ten well below a limit."""
     power = 10.0 ** math.floor(math.log10(limit))
     return max(
         step * power for step in (0.1, 0.2, 0.5, 1.0, 2.0, 5.0) if step * power <= 0.9 * limit
@@ -290,7 +290,7 @@ def round_below(limit: float) -> float:
 
 
 HEIGHT = 0.38  # height of the highest peak, as a fraction of the plot's
-NAMED_FROM = 0.2  # share of what is visible from which a peak says its value
+NAMED_FROM = 0.2  # share of the visibility from which a peak is labelled
 
 
 class VisibleLayer:
@@ -305,7 +305,7 @@ class VisibleLayer:
         self.recolor()
 
     def share_of(self, values: Range, scalar_range: Range, width: float) -> float | None:
-        """Return the part of all that is visible that a band of values makes up, if known."""
+        """Return a band's share of all that is visible, if known."""
         answer = self._asker.visibility
         if answer is None:
             return None
@@ -326,7 +326,7 @@ class VisibleLayer:
             heights = HEIGHT * part / max(float(part.max()), 1e-9)
             self._area.draw(self._curve, heights, scalar_range)
             if self._state.live:
-                # The labels rest until the hand does.
+                # Labels stay as they are during a drag.
                 self.mark_stale()
                 return
             bins = np.linspace(*scalar_range, len(heights))
@@ -344,7 +344,7 @@ class VisibleLayer:
         self.place_labels()
 
     def mark_stale(self) -> None:
-        """Dim what is not of the present image."""
+        """Dim the area if it belongs to another image."""
         answer = self._asker.visibility
         fresh = answer is not None and answer.is_of(self._state.inputs)
         for item in (self._curve, *self._labels):
@@ -361,7 +361,7 @@ class VisibleLayer:
         return label
 
     def place_labels(self) -> None:
-        """Put each above its peak, or higher where it would cover a handle, a card or another."""
+        """Put each label above its peak, or higher to avoid handles, cards and other labels."""
         area = self._area
         cards, covered = area.card_boxes(), False
         taken = area.handle_boxes()
@@ -398,7 +398,7 @@ class VisibleLayer:
             self._color_label(label)
 
     def _color_label(self, label: Any) -> None:
-        """Write in green on a ground of its own, as areas of any colour lie behind."""
+        """Write in green on a background, because areas of any colour lie behind."""
         ground = QColor(theme.PLOT)
         ground.setAlpha(170)
         label.setColor(theme.VISIBLE)

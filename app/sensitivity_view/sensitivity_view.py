@@ -95,7 +95,7 @@ class SensitivityView(QObject):
         self._fold()
 
     def _listed_refreshes(self) -> dict[str, tuple[Callable[[], object], ...]]:
-        """Return what is shown anew after a change, in this order."""
+        """Return what is refreshed after a change, in this order."""
         regions, labels, covers = (
             tuple(part.refresh for part in parts)
             for parts in (self.regions, self.labels, self.covers)
@@ -162,7 +162,7 @@ class SensitivityView(QObject):
             self._state.calm.ask(refresh, refresh)
 
     def _follow_inputs(self) -> None:
-        # What the edit would do to another image is another question.
+        # The edit's effect on another image is another question.
         self.what_if.forget()
         self.what_if.end()
         self._refresh_soon("inputs")
@@ -181,7 +181,7 @@ class SensitivityView(QObject):
         self.chips.say_source(self.source.said)
 
     def show_table(self) -> QDialog:
-        """List the curve's numbers: for who cannot see it, or wants to copy them."""
+        """List the curve's numbers, for screen readers and to copy them."""
         if not self._asked.shows_curve:
             self._asked.show_layer("curve", True)
         columns, rows = self.responses.table()
@@ -210,7 +210,7 @@ class SensitivityView(QObject):
             label.refresh()
 
     def toggle_kept(self) -> None:
-        """Keep the band of values, or the best one, when the mouse leaves; or release it."""
+        """Keep the band of values, or the best one, after the mouse leaves; or release it."""
         band, best = self._asked.band, self.responses.peaks.intervals
         if band is not None and band.kept:
             self._asked.release()
@@ -220,7 +220,7 @@ class SensitivityView(QObject):
             self._asked.keep(best[0].value)
 
     def escape(self) -> bool:
-        """End the last of what is under way; return False if nothing is."""
+        """End the newest of the active modes; return False if none is active."""
         asked = self._asked
         if asked.tool is not None:
             asked.set_tool(None)
@@ -240,7 +240,7 @@ class SensitivityView(QObject):
         return True
 
     def result(self) -> SensitivityResult | None:
-        """Return what is shown now, to be saved; None if nothing is."""
+        """Return the shown sensitivity, to be saved; None if there is none."""
         opened = self._workspace.opened
         if opened is None:
             return None
@@ -249,26 +249,26 @@ class SensitivityView(QObject):
     def _field(self, pane: EnginePane) -> Answer[Any] | None:
         band, wanted = self._asked.band, pane.engine
         if band is not None and not band.effect:
-            # It is the same by any engine: one image shows it, and the other stays as it is, but
-            # of A and B each shows its own.
+            # Visibility is the same by any engine: one image shows it, the other stays. A and B
+            # each show their own.
             too = self._asker.seen_too if self._state.tf_input.compares else None
             return self._asker.seen if pane is self._left else too
         if wanted == "exact" and pane is not self._edited:
             return None
-        # Each image has its own engine's, not meanwhile the other's, which would be taken for it.
+        # Each image shows its own engine's field, never the other's.
         other: EngineName = "learned" if wanted == "exact" else "exact"
         name = wanted if wanted in self._asker.engines else other
         return self._asker.fields.get(self._asker.source(name))
 
     @property
     def _edited(self) -> EnginePane:
-        """The one of A and B whose TF is edited, and so asked about."""
+        """Pane A or B: the one whose TF is edited."""
         _, reference, pane_b = self._panes
         return pane_b if self._state.tf_input.pane == "B" else reference
 
     @property
     def _left(self) -> EnginePane:
-        """The left one of the panes that show an image; of A and B the one that is edited."""
+        """The left pane with an image; of A and B the edited one."""
         if self._state.tf_input.compares:
             return self._edited
         seen = [pane for pane in self._panes if not pane.isHidden()]
@@ -296,7 +296,7 @@ class SensitivityView(QObject):
         return opacity if opened is None else ThinnedVolume.of(opened.volume).made_visible(opacity)
 
     def _show_what_if(self) -> None:
-        """Show the difference that an edit makes, and say it; or the fields again."""
+        """Show the difference that an edit makes, with its size; or show the fields again."""
         answer = self.what_if.shown
         before, self._what_if_shown = self._what_if_shown, answer
         if answer is not None and answer is not before:
@@ -313,10 +313,10 @@ class SensitivityView(QObject):
 def _shown_result(
     asker: SensitivityAsker, image: NDArray[np.float32] | None, units: str
 ) -> SensitivityResult | None:
-    """Return what is shown: the field of the band if there is one, else the region's responses."""
+    """Return the field of the band if there is one, else the region's responses."""
     state, band = asker.state, asker.asked.band
     if band is not None and not band.effect:
-        # Where values are visible is no sensitivity.
+        # Visibility is not a sensitivity.
         band = None
     answer: Answer[Any] | None = asker.region if band is None else asker.field
     if answer is None or image is None or not answer.is_of(state.inputs):

@@ -1,4 +1,4 @@
-"""Edits that findings lead to: made, or rendered without being made for as long as it is asked."""
+"""Edits that findings suggest: made, or only rendered (*What if*)."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class Trial:
 
 
 class HeldButton(QPushButton):
-    """Asks for something to be shown as long as it is held; a click lasts until the next one."""
+    """Button that is on while it is held; a click switches it on until the next click."""
 
     def __init__(self, text: str, turn: Callable[[bool], object]) -> None:
         super().__init__(text)
@@ -65,7 +65,7 @@ class HeldButton(QPushButton):
         self.released.connect(self._release)
 
     def nextCheckState(self) -> None:
-        """Stay as it is when clicked: on or off is not for the button to decide."""
+        """Do not toggle on a click: others decide whether it is on."""
 
     def _press(self) -> None:
         is_on = self.isChecked()
@@ -80,7 +80,7 @@ class HeldButton(QPushButton):
 
 
 class WhatIfQuestion(QObject):
-    """Has an edit rendered while its button is on, and follows the band of values with it."""
+    """Renders an edit while its button is on; the edit follows the band of values."""
 
     def __init__(
         self,
@@ -110,18 +110,18 @@ class WhatIfQuestion(QObject):
         return self.button.isChecked()
 
     def enable(self) -> None:
-        """Enable the button if there is something to ask; if not, it says what is missing."""
+        """Enable the button if an edit can be rendered; else its tooltip says what is missing."""
         lacking = ""
         if not self._asker.engines:
             lacking = "Choose Region > Show sensitivity first"
         elif self._edit() is None:
             lacking = "Point at a value in the plot of the TF first"
         self.button.setEnabled(not lacking)
-        # What is lacking comes first.
+        # The missing part comes first.
         self.button.setToolTip(f"{lacking}.\n{TIP}" if lacking else TIP)
 
     def start(self) -> None:
-        """Have the edit at the band, or at the best interval, rendered."""
+        """Render the edit at the band, or at the best interval."""
         edit = self._edit()
         asker = self._asker
         if edit is None or not asker.engines:
@@ -146,7 +146,7 @@ class WhatIfQuestion(QObject):
             self._changed()
 
     def forget(self) -> None:
-        """Say nothing of another region, image or measure; while it is on, ask about that."""
+        """Forget the answer about another region, image or measure; ask anew while it is on."""
         self._channels.cancel()
         if self.result:
             self._say("")
@@ -154,9 +154,9 @@ class WhatIfQuestion(QObject):
             self._band_rest.start()
 
     def follow_band(self) -> None:
-        """Have what is asked for at another value rendered, and forget what was not."""
+        """Render the edit at another value; forget an answer that is not wanted any more."""
         self.enable()
-        # What comes now would be about the values before.
+        # The next answer would be about the previous values.
         self._channels.cancel()
         if self.is_on:
             self._band_rest.start()
@@ -177,7 +177,7 @@ class WhatIfQuestion(QObject):
             of = field.request
             if np.array_equal(edit_over(of.values, asker.state.scalar_range, of.width), edit):
                 predicted = predicted_rmse(field.value, edit, asker.asked.choices.height, outline)
-        # As they are shown: the brightness decides which parts fade, and so count.
+        # Compared as shown: the brightness determines which parts are visible.
         colors = np.clip(result.value[..., :3], 0, 1)
         brighten(colors, self._brightness.of(lit))
         found = compare(colors[0], colors[1], outline.mask(colors.shape[1:3]), predicted)
@@ -187,7 +187,7 @@ class WhatIfQuestion(QObject):
         self._say(f"At {self._at}: {', '.join(map(_said, self._answers.values()))}")
 
     def _note_edit(self, edit: NDArray[np.float32]) -> None:
-        """Say where an edit is, how high, and how wide: as the numbers of a mode say it."""
+        """Describe an edit by value, opacity and width, as the numbers of a mode do."""
         state, band, choices = self._asker.state, self._asker.asked.band, self._asker.asked.choices
         lo, hi = state.scalar_range
         step = (hi - lo) / (TF_SAMPLES - 1)
@@ -222,7 +222,7 @@ def _said(answer: Trial) -> str:
 
 Emphasis = Literal["raise", "lower", "isolate"]
 
-LEAST_HIDDEN = 0.005  # opacity of what is said to be transparent by now
+LEAST_HIDDEN = 0.005  # opacity below which the notice calls values transparent
 
 
 class EditActions:
@@ -240,16 +240,16 @@ class EditActions:
         self._state, self._asked = asker.state, asker.asked
         self._shown_colors, self._made_visible, self._say = shown_colors, made_visible, say
         self._ways_back: dict[tuple[Emphasis, OpacityTF], tuple[float, OpacityTF]] = {}
-        """For the edit that takes back the one that led to a TF: its value, and the TF before."""
+        """For undoing the edit that led to a TF: its value, and the TF before."""
 
     def add_mode(self, index: int, striking: bool = False) -> None:
-        """Add a mode in an interval, if wanted in a colour that stands out."""
+        """Add a mode in an interval, optionally in a colour that stands out."""
         intervals = self._layer.peaks.intervals
         if index < len(intervals) and self._asker.is_fresh(self._asker.region):
             self._add(intervals[index].value, self._width, striking)
 
     def add_mode_over_band(self, striking: bool = False) -> None:
-        """Add a mode over the band, if wanted in a colour that stands out."""
+        """Add a mode over the band, optionally in a colour that stands out."""
         band = self._asked.band
         if band is not None:
             width = self._width + (band.high - band.low) / 4
@@ -274,7 +274,7 @@ class EditActions:
         self._state.tf_input.set(replace(tf, opacity=opacity), f"{how} value")
 
     def _say_isolated(self, before: OpacityTF, after: OpacityTF, reach: Range) -> None:
-        """Say what is shown alone, as little may change in the image."""
+        """Say which values are isolated, because the image may hardly change."""
         values, (low, high) = np.linspace(*before.scalar_range, TF_SAMPLES), reach
         outside = (values < low - self._width) | (values > high + self._width)
         hidden = (before(values) - after(values))[outside].max(initial=0.0) > LEAST_HIDDEN

@@ -1,4 +1,4 @@
-"""Three slices, or a large one: picture, cross-hair, crop box, mouse, and what is under it."""
+"""Three slices, or a large one: picture, cross-hair, crop box, and the values under the mouse."""
 
 from __future__ import annotations
 
@@ -45,8 +45,8 @@ from model.scene.volume import Triple, Volume
 
 FAST = 10  # slices of a notch of the wheel with Shift
 ZOOM = 1.15  # factor of a notch with Ctrl
-LARGEST, MARGIN = 200, 0.06  # most enlargement of a slice; room around it, by its size
-FADED = 4  # by which the opacity of voxels that images do not show is divided
+LARGEST, MARGIN = 200, 0.06  # largest zoom of a slice; margin around it, as a share of its size
+FADED = 4  # divisor of the opacity of voxels that images do not show
 GAP = 6.0  # half the gap of the cross-hair in its middle, in pixels
 PLACE, PADDING = 6, 8  # distance of the number's box to the corner, and its margin, in pixels
 GRAY_PIXELS = 200.0  # pixels of a drag that make the window of gray 2.7 times as wide
@@ -60,7 +60,7 @@ LEAST_DIGITS = 4  # of a coordinate
 
 
 class SliceState(QObject):
-    """State of the slices next to the viewer's inputs, to be read; :meth:`show` changes it."""
+    """State of the slices beyond the viewer's inputs; :meth:`show` changes it."""
 
     changed = Signal()
     moved = Signal()  # emitted when the user has moved the cross-hair
@@ -84,13 +84,13 @@ class SliceState(QObject):
             self.changed.emit()
 
     def move(self, place: Triple) -> None:
-        """Put the cross-hair onto the voxel nearest to a place."""
+        """Move the cross-hair to the voxel nearest to a place."""
         if self.volume is not None:
             self.show(place=place_at(self.volume, voxel_of(self.volume, place)))
             self.moved.emit()
 
     def scroll(self, axis: int, steps: int) -> None:
-        """Go on by some slices, which are in the way that their axis points."""
+        """Step by some slices, in the direction of their axis."""
         if self.volume is not None:
             voxel = list(voxel_of(self.volume, self.place))
             voxel[axis] += steps
@@ -104,7 +104,7 @@ class SliceView(pg.GraphicsView):  # type: ignore[misc]
     a middle one or one with Shift pans, a right one changes the window of gray.
     """
 
-    _is_fit = False  # whether all of the slice is shown
+    _is_fit = False  # whether the whole slice is shown
     _is_hatched = False  # whether some of it is clear
 
     def __init__(
@@ -116,7 +116,7 @@ class SliceView(pg.GraphicsView):  # type: ignore[misc]
         self._grid: object = None
         self._drawn: object = None
         self._voxels = QRectF(0, 0, 1, 1)
-        """The picture with all of its outer voxels; from 0 to 1 are their centers."""
+        """Rectangle of the picture with its outer voxels, whose centers are at 0 and 1."""
         self._notches = 0.0
         self._last: QPointF | None = None
         self._before = state.place
@@ -155,7 +155,7 @@ class SliceView(pg.GraphicsView):  # type: ignore[misc]
         return volume
 
     def refresh(self) -> None:
-        """Show what is not shown yet of the state."""
+        """Show changes of the state."""
         state, viewer, plane, volume = self._state, self._state.viewer, self.plane, self._volume
         grid = volume.dimensions, volume.spacing, plane
         if grid != self._grid:
@@ -184,7 +184,7 @@ class SliceView(pg.GraphicsView):  # type: ignore[misc]
         self.viewport().update()
 
     def fit(self) -> None:
-        """Show all of the slice, also when the view has another size."""
+        """Show the whole slice, also after the view is resized."""
         self._is_fit = True
         self._box.setRange(self._voxels, padding=MARGIN)
         self.viewport().update()
@@ -199,7 +199,7 @@ class SliceView(pg.GraphicsView):  # type: ignore[misc]
         return self._box.mapViewToScene(QPointF(*self.plane.in_picture(place)))
 
     def _start(self, volume: Volume, plane: Plane) -> None:
-        """Take the measures of another grid."""
+        """Adopt another volume's grid."""
         across = plane.right[0], plane.up[0]
         wide, high = (volume.proportions[axis] for axis in across)
         half = [0.5 / (volume.dimensions[axis] - 1) for axis in across]
@@ -210,7 +210,7 @@ class SliceView(pg.GraphicsView):  # type: ignore[misc]
         box.setSuffix(f" of {last}")
         for part in (box, self):
             part.setAccessibleName(f"{plane.name} slice")
-        # As wide as its largest number.
+        # As wide as the largest number.
         box.set_limits(0, last)
         box.show_value(last)
         width = box.fontMetrics().horizontalAdvance(box.text()) + 2 * PADDING
@@ -251,7 +251,7 @@ class SliceView(pg.GraphicsView):  # type: ignore[misc]
         return self.plane.moved(self._state.place, (at.x(), at.y()))
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Go on to show all of the slice, unless it was zoomed."""
+        """Keep showing the whole slice, unless it was zoomed."""
         super().resizeEvent(event)
         if self._is_fit:
             self.fit()
@@ -290,7 +290,7 @@ class SliceView(pg.GraphicsView):  # type: ignore[misc]
         self._drag(event, QPointF())
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
-        """Drag, or say what is under the mouse."""
+        """Drag, or report the place under the mouse."""
         position = event.position()
         if event.buttons() and self._last is not None:
             moved, self._last = position - self._last, position
@@ -307,13 +307,13 @@ class SliceView(pg.GraphicsView):  # type: ignore[misc]
         self._crop.finish()
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
-        """Make the slice large, or all of them small again; the first click was none."""
+        """Enlarge the slice, or show all three again; the first click does not count."""
         if event.button() == Qt.MouseButton.LeftButton and not event.modifiers():
             self._state.move(self._before)
             self._enlarge(self)
 
     def leaveEvent(self, event: QEvent) -> None:
-        """Say that nothing is under the mouse."""
+        """Report that the mouse has left."""
         super().leaveEvent(event)
         self._state.hovered.emit(None)
 
@@ -341,7 +341,7 @@ class SliceView(pg.GraphicsView):  # type: ignore[misc]
         return next((item for item in self.items(position.toPoint()) if item in handles), None)
 
     def drawBackground(self, painter: QPainter, rect: QRectF) -> None:
-        """Hatch what is clear: nothing was measured there, or images do not show it."""
+        """Hatch clear places, where nothing was measured or images show nothing."""
         painter.fillRect(rect, QColor(theme.CANVAS))
         if self._is_hatched:
             shown = self._box.mapViewToScene(self._voxels).boundingRect()
@@ -365,7 +365,7 @@ class SliceView(pg.GraphicsView):  # type: ignore[misc]
         middles = 2 * (sides.AlignVCenter,) + 2 * (sides.AlignHCenter,)
         for text, side, middle in zip(self.plane.edges, places, middles, strict=True):
             place = side | middle
-            # Else the cross-hair would cross out the letters in the middle.
+            # Otherwise the cross-hair would cross out the letters in the middle.
             painter.fillRect(painter.boundingRect(inside, place, text), plate)
             painter.drawText(inside, place, text)
         if self.hasFocus():
@@ -401,7 +401,7 @@ class SlicesColumn(QWidget):
 
     @property
     def is_large(self) -> bool:
-        """Whether one slice is shown alone."""
+        """Whether a single slice is shown."""
         return any(view.isHidden() for view in self.views)
 
     def _enlarge(self, view: SliceView) -> None:
@@ -411,7 +411,7 @@ class SlicesColumn(QWidget):
         self._resized()
 
     def refresh(self) -> None:
-        """Show what is not shown yet, unless nothing is to be seen."""
+        """Show changes of the state, unless the slices are hidden."""
         if self.isHidden() or self._state.volume is None:
             return
         for view in self.views:
@@ -425,7 +425,7 @@ class SlicesColumn(QWidget):
             self._state.show(window=self._state.volume.scalar_range)
 
     def _say(self, place: Triple | None) -> None:
-        """Say value and place under the mouse; without one, those at the cross-hair."""
+        """Show value and place under the mouse, or at the cross-hair."""
         volume = self._state.volume
         if volume is None:
             return
@@ -446,12 +446,12 @@ def _crop_rectangle() -> Any:
     options = {"movable": False, "rotatable": False, "pen": pen, "handlePen": pen}
     rectangle = pg.ROI((0, 0), (1, 1), maxBounds=QRectF(0, 0, 1, 1), **options)
     for x, y in ((0, 0), (0, 0.5), (0, 1), (0.5, 0), (0.5, 1), (1, 0), (1, 0.5), (1, 1)):
-        # A handle's menu, which is never shown, would outlive it.
+        # A handle's menu, which is never used, would outlive the handle.
         rectangle.addScaleHandle((x, y), (1 - x, 1 - y)).menu.deleteLater()
     return rectangle
 
 
 def _written(coordinate: float, step: float) -> str:
-    """Write a coordinate with so many digits that those of neighbouring voxels differ."""
+    """Write a coordinate with enough digits to tell neighbouring voxels apart."""
     digits = 2 + int(math.log10(max(abs(coordinate) / step, 1)))
     return significant(coordinate, max(LEAST_DIGITS, digits))

@@ -1,7 +1,7 @@
 """Rhythm and sizes of answers while something moves.
 
-The pictures have the time: all answers together take a seventh of it. Yet none that is
-shown is of what was there more than half a second ago. So answers become smaller, not rarer.
+All answers together take a seventh of the time; the rest is for pictures. But no shown answer is
+more than half a second old. So answers get smaller, not rarer.
 """
 
 from __future__ import annotations
@@ -12,16 +12,16 @@ from collections.abc import Callable
 from app.engines.pace import Pace
 from model.rendering.raster import TIME_GROWTH
 
-SHARE = 0.13  # part of the time that answers may take while something moves
-OLDEST_S = 0.48  # age of an answer when the next is there: half a second, less the showing
-MOST_DEBT_S = 0.5  # time that answers may take beyond their share, to give it back later
-TOO_OLD_S = 1.0  # age from which an answer comes before the share, on a slow machine
-FADING = 0.9  # factor by which the longest wait so far counts less with each that follows
+SHARE = 0.13  # share of the time for answers while something moves
+OLDEST_S = 0.48  # longest age of an answer: half a second, less the time to show it
+MOST_DEBT_S = 0.5  # time that answers may overdraw
+TOO_OLD_S = 1.0  # age from which an answer is due even beyond the share
+FADING = 0.9  # decay of the longest wait with each further one
 LIVE_SIZES = (256, 192, 128, 96, 64, 48)  # shorter edges while something moves, in pixels
 
 
 class AnswerPace(Pace):
-    """Remembers how long answers took, and says when the next are due, and how large."""
+    """Remembers how long answers took, and decides when the next are due and how large."""
 
     def __init__(self, clock: Callable[[], float]) -> None:
         super().__init__(TIME_GROWTH)
@@ -30,7 +30,7 @@ class AnswerPace(Pace):
         self.begin()
 
     def begin(self) -> None:
-        """Note that something begins to move: what is shown is of now."""
+        """Note that a movement begins: all answers are up to date."""
         self._due = self._asked = self._pictured = self._clock()
 
     def note_picture(self) -> None:
@@ -40,7 +40,7 @@ class AnswerPace(Pace):
         self._pictured = now
 
     def note_live(self, seconds: float) -> None:
-        """Note what an answer took while something moves, and when it came."""
+        """Note the time of an answer while something moves."""
         # The next picture may have waited for it.
         self._pictured = self._clock()
         self._latency = max(self._pictured - self._asked, self._latency)
@@ -48,14 +48,14 @@ class AnswerPace(Pace):
 
     @property
     def wait(self) -> float:
-        """Seconds until something is due: until there is time, or at the next picture too late."""
+        """Seconds until answers are due: when there is time, or the next picture is too late."""
         now = self._clock()
         share, age = self._due - now, self._asked + self._longest - now
         last = age + TOO_OLD_S - OLDEST_S
         return max(min(share, max(age, share - MOST_DEBT_S), last), 0.0)
 
     def start(self) -> float:
-        """Note that all is asked now, and return the seconds that it may take together."""
+        """Note that questions are sent now, and return their time in seconds."""
         now = self._clock()
         debt = max(self._due - now, 0.0)
         self._asked, self._due = now, now + debt
@@ -63,7 +63,7 @@ class AnswerPace(Pace):
         return SHARE * (max(self._longest, self._gap) - debt)
 
     def size(self, kinds: list[object], largest: int, seconds: float) -> int:
-        """Return the size at which answers of all kinds together take at most some seconds."""
+        """Return the size at which all answers together take at most some seconds."""
         sizes = [size for size in LIVE_SIZES if size <= largest] or [largest]
 
         def needed(size: int) -> float:
@@ -74,5 +74,5 @@ class AnswerPace(Pace):
 
     @property
     def _longest(self) -> float:
-        """Longest time between two questions, if pictures and answers come as they did."""
+        """Longest expected time between two questions."""
         return max(OLDEST_S - self._latency - self._gap, 0.0)

@@ -1,4 +1,4 @@
-"""Answers that take long, and how far they have got."""
+"""Slow answers and their progress."""
 
 from __future__ import annotations
 
@@ -13,11 +13,10 @@ PATIENCE_MS = 500  # after which the window says that an answer is under way
 
 
 class AtWork(QObject):
-    """Watches the channels of one asker."""
+    """Watches the channels of one part of the window."""
 
     changed = Signal(object)
-    """Emitted with the part of an answer that is there, 0 to 1, once it takes long; None when
-    nothing is under way any more."""
+    """Emitted with a slow answer's progress, 0 to 1; None when no slow answer is left."""
 
     def __init__(self, channels: Iterable[Channel], parent: QObject) -> None:
         super().__init__(parent)

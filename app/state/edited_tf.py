@@ -1,4 +1,4 @@
-"""The TFs of the panes A and B, of which that with the focus is edited, and the look of B."""
+"""The TFs of panes A and B, one of which is edited, and the look of B."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ PaneName = Literal["A", "B"]  # of the ground truth, and of the image that it is
 
 
 class EditedTF(EditedInput[TransferFunction]):
-    """The TF of the pane that has the focus; the other pane's rests meanwhile.
+    """The TF of the pane with the focus; the other pane's is kept.
 
-    Both are over one range, on one scale. B's TF and look stay when B is no longer shown. An edit
-    that is undone brings its pane back.
+    Both have one range and scale. B's TF and look are kept while B is hidden. Undoing an edit shows
+    its pane again.
     """
 
     paneChanged = Signal()  # when the other pane has the focus, or B is shown, hidden or another
@@ -32,7 +32,7 @@ class EditedTF(EditedInput[TransferFunction]):
         self._other: TransferFunction | None = None  # of the pane without the focus
 
     def of(self, pane: PaneName) -> TransferFunction | None:
-        """Return a pane's TF; None of a B that there never was."""
+        """Return a pane's TF; None if there never was a B."""
         return self.value if pane == self.pane else self._other
 
     def compare(self, compares: bool) -> None:
@@ -49,7 +49,7 @@ class EditedTF(EditedInput[TransferFunction]):
             self._show_pair(pane, pane == "B", (self.of(pane) or self.value, self.value))
 
     def copy(self, source: PaneName) -> None:
-        """Copy a pane's TF to the other one, which has the focus from then on: an edit."""
+        """Copy a pane's TF to the other one, which gets the focus: an edit."""
         tf, target = self.of(source), other_pane(source)
         if tf is not None:
             self.focus(target)
@@ -75,7 +75,7 @@ class EditedTF(EditedInput[TransferFunction]):
         compares: bool = False,
         look: LookOfB | None = None,
     ) -> None:
-        """Take another volume's TFs of A, which has the focus, and B, and the look of B."""
+        """Take another volume's TFs of A and B, and the look of B; A gets the focus."""
         self.pane, self.compares = "A", compares and other is not None
         self.look = look or LookOfB()
         self.value, self._other = value, other
@@ -89,7 +89,7 @@ class EditedTF(EditedInput[TransferFunction]):
         self.paneChanged.emit()
 
     def _change(self, text: str, merge_key: str | None) -> None:
-        """Make a drag an edit, not merged with one of the other pane, which has the same range."""
+        """Make a drag an edit; it is not merged with an edit of the other pane."""
         before, after = self._before, self.value
         shows = partial(self._show_pair, self.pane, False)
         key = merge_key and f"{merge_key} of {self.pane}"
@@ -97,13 +97,13 @@ class EditedTF(EditedInput[TransferFunction]):
         self._history.change(shows, *pairs, text, key)
 
     def _show_pair(self, pane: PaneName, compares: bool, pair: _Pair) -> None:
-        """Give a pane the focus, and show its TF and the other one's, where there was one."""
+        """Give a pane the focus, and show its TF and the other one's, if there is one."""
         value, other = pair
         before = self.value, self.pane, self.compares, self._other
         other = other or _fitted(self.of(other_pane(pane)), value)
         compares = compares or self.compares or pane == "B"
         self.value, self.pane, self.compares, self._other = value, pane, compares, other
-        # First the panes, which say what images are asked for.
+        # The panes come first, because they determine the requested images.
         if before[1:] != (pane, compares, other):
             self.paneChanged.emit()
         if value != before[0]:
@@ -121,7 +121,7 @@ def other_pane(pane: PaneName) -> PaneName:
 
 
 def _fitted(tf: TransferFunction | None, to: TransferFunction) -> TransferFunction | None:
-    """Return a TF over another one's range; on another scale its numbers mean nothing: that one."""
+    """Return a TF over another one's range, or that other one if the scales differ."""
     if tf is not None and tf.scale != to.scale:
         return to
     return tf and fit_to_range(tf, to.scalar_range)

@@ -1,4 +1,4 @@
-"""Edits of the scene's inputs and the brightness, and the history in which they are undone."""
+"""Edits of the scene's inputs and the brightness, and their undo history."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ SAME_GESTURE_S = 1.0  # between two changes of one gesture, as by a key that is 
 
 
 class EditHistory(QObject):
-    """Edits of all that the picture depends on, in one order; the clock is in seconds."""
+    """Undo history of everything that the picture depends on; the clock is in seconds."""
 
     edited = Signal()  # emitted after a completed edit, undo or redo by the user
     undone = Signal()  # emitted after an undo or redo
@@ -39,10 +39,10 @@ class EditHistory(QObject):
         text: str,
         merge_key: str | None = None,
     ) -> None:
-        """Make a change that can be undone, by a function that shows a value; it is called now.
+        """Call a function that shows the new value, and make that an undo step.
 
-        Changes with the same merge key that follow each other within :data:`SAME_GESTURE_S` become
-        one, such as those of a key that is held.
+        Changes with the same merge key within :data:`SAME_GESTURE_S` become one, such as those of a
+        held key.
         """
         change = _Change(show, before, after, text, merge_key, self.clock())
         if self._together is not None:
@@ -177,7 +177,7 @@ class EditedInput(QObject, Generic[T]):
         self.finish(text, merge_key)
 
     def start(self, value: T) -> None:
-        """Take the value of another volume or lighting, which is no edit."""
+        """Take the value of another volume or lighting, which is not an edit."""
         self.moving = self.is_edited = False
         self.value = value
         self.changed.emit(value)
@@ -199,27 +199,26 @@ class EditedInput(QObject, Generic[T]):
         return self._drag
 
     def _normal(self, value: T) -> T:
-        """Return the one of several equal values that is kept."""
+        """Return the value to keep of two equal ones."""
         return value
 
     def _may_return(self, value: T) -> bool:
-        """Whether a value may be shown again that was undone or redone."""
+        """Whether an undone or redone value may be shown."""
         return True
 
 
-DARKEST, BRIGHTEST = 0.25, 32.0  # limits; the greatest is that of an exposed picture of the map
+DARKEST, BRIGHTEST = 0.25, 32.0  # limits; the largest is that of an exposed picture of the map
 STEPS_PER_OCTAVE = 8  # steps of a slider from one brightness to its double
 
 
-Lit = EngineName | Literal["b"]  # whose light images have: an engine's, or that of B
+Lit = EngineName | Literal["b"]  # owners of lights: an engine, or B
 
 
 class Brightness(EditedInput[float | None]):
-    """Brightness of both images, of previews and of saved pictures, as chosen for the reference.
+    """Brightness of all images, previews and saved pictures, as chosen for the reference.
 
-    It changes neither the TF nor what is computed about it. None is the usual one of the light.
-    Where model and reference have different light, each has its own usual one, and a choice changes
-    both by the same factor.
+    It changes neither the TF nor any result. None is the light's default. If model and reference
+    have different lights, each has its own default, and a choice scales both by the same factor.
     """
 
     def __init__(self, history: EditHistory, parent: QObject) -> None:
@@ -227,7 +226,7 @@ class Brightness(EditedInput[float | None]):
         self.usual: dict[Lit, float] = {"exact": 1.0, "learned": 1.0, "b": 1.0}  # in their lights
 
     def of(self, engine: Lit) -> float:
-        """Return the brightness of an engine's images under its own light; 1 changes nothing."""
+        """Return the brightness of an engine's images in its own light; 1 changes nothing."""
         chosen = self.usual["exact"] if self.value is None else self.value
         return chosen * self.usual[engine] / self.usual["exact"]
 

@@ -1,4 +1,4 @@
-"""The generator: which model is open, and whether it belongs to the open volume."""
+"""The open model, and whether it belongs to the open volume."""
 
 from __future__ import annotations
 
@@ -31,8 +31,8 @@ NO_VOLUME = "Waiting for a volume. Open one with File > Open."
 NO_MODEL = "No model of this volume yet."
 
 UNUSUAL = 1.5
-"""Error from which an image is outside the training, relative to the mean of the model's test
-images with the kind of TF that it draws worst."""
+"""Error from which an image counts as outside the training, relative to the mean error of the kind
+of TF that the model draws worst."""
 
 LOADING = "Loading the model …"
 
@@ -50,12 +50,12 @@ class GeneratorWork:
     def __init__(self, client: EngineClient, builders: Builders) -> None:
         self._client, self._builders = client, builders
         self.opened: OpenedVolume | None = None  # that is shown
-        # Of the open model, of this volume or of another one; its scene once it is loaded.
+        # Of the open model, whatever its volume; its scene once it is loaded.
         self.folder: Path | None = None
         self.scene: Scene | None = None
         self.draws_codes = False
-        # Whether one path-traced sample, denoised, is shown in the place of the model's image, as
-        # the model knows another light; or will be, once the path tracer's kernels are compiled.
+        # Whether one path-traced sample, denoised, replaces the model's image because the model
+        # knows another light; or will, once the path tracer's kernels are compiled.
         self.draws_path = self.awaits_path = False
         self._path_scene: tuple[Volume, ReferenceSettings] | None = None
         self._promised: Scene | None = None
@@ -68,24 +68,24 @@ class GeneratorWork:
 
     @property
     def who(self) -> str:
-        """Name of what draws it; empty where the title says all."""
+        """Name of the renderer; empty if the title says it."""
         return "networks of the paper" if self.draws_codes and not self.draws_path else ""
 
     @property
     def errors(self) -> str:
-        """Errors of the model, as its card has them; empty where they are not known."""
+        """The model's errors from its card; empty if unknown."""
         if self.draws_path:
             return PATH_TIP
         return "" if self.folder is None or self.awaits_path else recorded_errors(self.folder)
 
     def is_unusual(self, error: float) -> bool:
-        """Whether an error of the image is far above those of the model's test images."""
+        """Whether an image's error is far above those of the model's test images."""
         if self.folder is None or self.draws_path:
             return False
         return error > UNUSUAL * recorded_error(self.folder)
 
     def open(self, folder: Path | None, promised: Scene | None, held: bool) -> None:
-        """Load a model in the background, whose card promises a scene; None for no model."""
+        """Load a model in the background, given the scene of its card; None for no model."""
         self.scene, self._promised = None, promised
         self.draws_codes = False
         self.folder = folder
@@ -99,7 +99,7 @@ class GeneratorWork:
             self.begin()
 
     def begin(self) -> None:
-        """Load the model that was held back, if there is one."""
+        """Load the postponed model, if there is one."""
         if self._is_held and self.folder is not None and not self.awaits_path:
             self._is_held = False
             if self._path_scene is not None:
@@ -122,7 +122,7 @@ class GeneratorWork:
             self.begin()
 
     def _path_of(self, settings: ReferenceSettings) -> tuple[Volume, ReferenceSettings] | None:
-        """Return what one path-traced sample is drawn of; None where the model draws."""
+        """Return the scene of the path-traced sample; None if the model draws."""
         opened, scene = self.opened, self.volume_scene
         if opened is None or scene is None or scene.lighting == "path":
             return None
@@ -133,7 +133,7 @@ class GeneratorWork:
 
     @property
     def volume_scene(self) -> Scene | None:
-        """Scene of the model, known or promised, if it was trained on the open volume."""
+        """Scene of the model, loaded or loading, if it was trained on the open volume."""
         scene, opened = self.scene or self._promised, self.opened
         if scene is None or opened is None:
             return None
@@ -157,7 +157,7 @@ class GeneratorWork:
         return scene if (scene.scalar_range, scene.scale) == shown else None
 
     def match(self, is_reading: bool) -> None:
-        """Pause the generator unless it was trained on the open volume, or one is on its way."""
+        """Pause the generator unless it was trained on the open volume, or is being loaded."""
         opened = self.opened
         if self.folder is None:
             self._client.pause(NO_MODEL)
@@ -183,7 +183,7 @@ class GeneratorWork:
             self._client.resume()
 
     def hint(self, inputs: SceneInputs, drawn: Lighting) -> str:
-        """Describe what is outside of what the model knows, where the reference has a lighting."""
+        """Describe inputs outside the model's training, given the reference's lighting."""
         scene = self.volume_scene
         if scene is None or self.draws_path:
             return ""
@@ -203,12 +203,12 @@ class GeneratorWork:
         return ". ".join(filter(None, hints))
 
     def take(self, ready: EngineReady) -> None:
-        """Note what was loaded."""
+        """Note that a model was loaded."""
         if not self.draws_path:
             self.scene, self.draws_codes = ready.scene, ready.draws_codes
 
     def has_failed(self) -> bool:
-        """Note that the client has failed; return whether that was to load a promised model."""
+        """Note that the client has failed; return whether it was loading a model."""
         was_promised = self.scene is None and self._promised is not None
         if was_promised:
             self._promised = None

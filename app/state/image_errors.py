@@ -1,4 +1,4 @@
-"""Errors of the reference's images, at rest and while something moves, and what is said of them."""
+"""Errors of the reference's images, at rest and while something moves, and their descriptions."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ from model.rendering.raster import Raster
 from model.scene.inputs import SceneInputs
 
 MOST_OWN_ERROR = 0.5  # of an image at rest, by the error that is measured against it
-MOST_SECONDS = 1.0  # of a first image; a slower one says nothing of those that follow
-LEAST_SAID = 1e-4  # error below which no figure is more than noise
+MOST_SECONDS = 1.0  # of a first image; a slower one includes compiling
+LEAST_SAID = 1e-4  # error below which the estimate is noise
 
 LET_GO = "The image is coarser while something moves."
 WAIT = "The image becomes finer from here on."
@@ -37,13 +37,13 @@ def error_text(error: float) -> str:
 
 
 def rate_text(seconds: float) -> str:
-    """Write how many images of some time there are in a second, such as "12 / s"."""
+    """Write the rate of images that take some seconds, such as "12 / s"."""
     rate = min(1 / max(seconds, 1e-9), 999.0)
     return f"{rate:.0f} / s" if rate >= 9.5 else f"{rate:.1f} / s".replace("0.", ".", 1)
 
 
 def pace_text(stop: Exactness) -> str:
-    """Write the time that a stop allows while something moves, such as "12 / s"."""
+    """Write the rate of a stop while something moves, such as "12 / s"."""
     return "all pixels" if math.isinf(stop.live_seconds) else rate_text(stop.live_seconds)
 
 
@@ -57,15 +57,15 @@ def figures_text(seconds: float, error: float | None) -> str:
 
 @dataclass(frozen=True)
 class Fidelity:
-    """Description of an image that is not exact; empty for one that is."""
+    """Description of an inexact image; empty for an exact one."""
 
-    error: float | None = None  # root mean square of the colours' errors; None if it is not known
-    state: str = ""  # what becomes of it, in words
+    error: float | None = None  # root mean square of the colours' errors; None if unknown
+    state: str = ""  # what happens next, in words
     reasons: tuple[str, ...] = ()  # sentences on where the error comes from, and how to get better
 
     @property
     def text(self) -> str:
-        """One short line, such as "error .004, refining"; empty of an exact image."""
+        """One short line, such as "error .004, refining"; empty for an exact image."""
         if self.error is None:
             return self.state
         error = f"error {error_text(self.error)}"
@@ -73,7 +73,7 @@ class Fidelity:
 
 
 class ImageErrors:
-    """Judges the reference's last image, and measures the last one while something moved."""
+    """Describes the reference's last image, and measures the last moving one."""
 
     def __init__(self) -> None:
         self._last: tuple[Request, Image] | None = None
@@ -82,15 +82,15 @@ class ImageErrors:
 
     @property
     def moving(self) -> tuple[float, float | None] | None:
-        """Seconds and error of the last image while something moved; None if there is none."""
+        """Seconds and error of the last moving image; None if there is none."""
         return None if self._moved is None else (self._moved[1].seconds, self._error)
 
     def forget(self) -> None:
-        """Begin anew: another volume, light or renderer is drawn."""
+        """Forget all: another volume, light or renderer is drawn."""
         self._last = self._moved = None
 
     def note(self, result: Result, whole: Raster, moves: bool = False) -> None:
-        """Note that an image is shown, and measure the moving one before it if it is at rest."""
+        """Note a shown image; if it is at rest, measure the moving one before it."""
         request, image = result.request, result.image
         assert image is not None
         # Kernels may have been compiled meanwhile.
@@ -108,13 +108,13 @@ class ImageErrors:
                 self._error = found
 
     def fidelity(self, inputs: SceneInputs, moves: bool, settled: bool, whole: Raster) -> Fidelity:
-        """Judge the last image, which no better one follows if it has settled."""
+        """Describe the last image; no better one follows if it has settled."""
         if self._last is None or (not moves and self._last[0].inputs != inputs):
             return Fidelity()
         request, image = self._last
         if settled and not request.quality.live and not moves:
             return _at_rest(request, image, whole)
-        # The estimate knows nothing of pixels that are not there.
+        # The estimate does not include missing pixels.
         own = image.error if image.width >= whole.width else None
         own = None if own == math.inf else own
         how = () if own is None else (ESTIMATED,)
@@ -132,7 +132,7 @@ def _are_alike(moved: Request, rests: Request) -> bool:
 
 def _is_full(image: Image, whole: Raster) -> bool:
     """Whether a moving image is as fine as one at rest."""
-    # What has an error of its own becomes better at rest.
+    # An image with an estimated error gets better at rest.
     return image.width >= whole.width and not image.is_preview and image.error is None
 
 
@@ -145,7 +145,7 @@ def _at_rest(request: Request, image: Image, whole: Raster) -> Fidelity:
         return Fidelity(image.error, "", (MORE, ESTIMATED))
     ends = ENDS.format("1 sample" if image.samples == 1 else f"{image.samples} samples")
     if image.error == math.inf:
-        # Of one or two samples there is no estimate.
+        # One or two samples give no estimate.
         return Fidelity(None, "few samples", (ends,))
     return Fidelity(image.error, "", (ends, ESTIMATED))
 
@@ -160,7 +160,7 @@ class Traded:
 
 
 class TradeWork(QObject):
-    """Has the present scene measured as while something moves, at each number of pixels."""
+    """Measures moving images of the present scene, at each number of pixels."""
 
     changed = Signal()
 
@@ -179,7 +179,7 @@ class TradeWork(QObject):
         reference.stateChanged.connect(self._follow)
 
     def watch(self, is_watched: bool) -> None:
-        """Say whether somebody looks."""
+        """Set whether the measurements are visible."""
         self._is_watched = is_watched
         if is_watched:
             self._measure()
@@ -187,7 +187,7 @@ class TradeWork(QObject):
             self._end()
 
     def at(self, stop: Exactness) -> Traded | None:
-        """Return the image that a stop leads to: the finest there is time for, or the fastest."""
+        """Return the image of a stop: the finest in its time, or the fastest."""
         fast = [each for each in self.found if each.seconds <= stop.live_seconds]
         return fast[-1] if fast else next(iter(self.found), None)
 

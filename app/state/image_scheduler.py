@@ -17,35 +17,35 @@ from model.scene.inputs import SceneInputs
 from model.scene.value_scale import ValueScale
 
 NO_MODEL_SIZE = 512  # size of the reference image until its pane's is known, in pixels
-HOLD_MS = 600  # longest time that the analyst waits for the reference's image at rest
+HOLD_MS = 600  # longest wait of the analyst for the reference's image at rest
 
 
 class ImageScheduler(QObject):
-    """Asks both engines for images at every change of the viewer's state.
+    """Requests images of both engines at every change of the viewer's state.
 
-    While something moves, each of them is asked for one image at a time; once that is there, the
-    next is of the newest state. At rest each is asked once, and its images become better. The
-    analyst's answers, which need the same processors, wait for the first sharp one. Where B is
-    compared with A, the reference draws both in turn, each in half of the time.
+    While something moves, each engine draws one image at a time, always of the newest state. At
+    rest each gets one request, whose images get better. The analyst's answers, which need the same
+    processors, wait for the first sharp image. With B, the reference draws A and B in turn, each in
+    half of the time.
     """
 
     def __init__(self, state: ViewerState, clients: Clients, parent: QObject) -> None:
         super().__init__(parent)
         self._state, self._analyst = state, clients.analyst
         self._generator, self._reference = clients.generator, clients.reference
-        # All pixels of the reference, and whether the user chose them, however long they take.
+        # Pixels of the reference image, and whether the user demands all of them.
         self.raster, self.is_fixed = Raster(NO_MODEL_SIZE, NO_MODEL_SIZE), False
         self.stop = STOPS[USUAL]
-        # Whether the generator draws what the reference does, with one sample of each pixel. While
-        # something moves it draws alone, where it is in sight.
+        # Whether the generator's pane shows one path-traced sample per pixel. While something
+        # moves, only that is drawn, if it is visible.
         self.generator_follows = False
-        # Clients whose images are out of sight: they are asked for none.
+        # Clients whose images are hidden: they get no requests.
         self.hidden: frozenset[EngineClient] = frozenset()
         self.compares = False  # whether B is in sight
         self.settings_b: ReferenceSettings | None = None  # None for those of A
-        self._drawn: dict[Channel, SceneInputs] = {}  # what was asked for last
-        # Of the volume that is drawn: nothing is asked for under a TF of another scale, which is
-        # there for a moment until the volume follows it.
+        self._drawn: dict[Channel, SceneInputs] = {}  # the last requests
+        # Of the drawn volume: for a moment, the TF may have another scale, and then nothing is
+        # requested.
         self.scale: ValueScale = "linear"
         self._patience = Pause(self, HOLD_MS, self.end)
         state.inputsChanged.connect(self._ask_moving)
@@ -53,23 +53,23 @@ class ImageScheduler(QObject):
         self._of_reference = self._reference.images, self._reference.images_b
         self._channels = self._generator.images, *self._of_reference
         for channel in self._channels:
-            # Before the answer is shown: the engine draws the next image meanwhile.
+            # Requested before the answer is shown, so that the engine draws meanwhile.
             channel.pendingChanged.connect(self._ask_next)
         for channel in self._of_reference:
             channel.answered.connect(self._let_go_if_sharp)
         self._reference.settled.connect(self.end)
 
     def send(self) -> None:
-        """Ask for images of the present state at rest, where they are not on their way."""
+        """Request images of the present state at rest, unless they are on their way."""
         for channel in self._channels:
             self._ask(channel)
 
     def show_trade(self) -> None:
-        """Have the present state drawn as while something moves, and then at rest."""
+        """Draw the present state as while something moves, and then at rest."""
         self._ask(self._reference.images, live=1)
 
     def end(self) -> None:
-        """Hold nothing back any more."""
+        """Stop holding requests back."""
         self._patience.stop()
         self._analyst.hold(False)
 
@@ -87,14 +87,14 @@ class ImageScheduler(QObject):
             self._ask_both()
 
     def _ask_both(self) -> None:
-        """Ask for A and B while something moves; the one that does not change rests meanwhile."""
+        """Request moving images of A and B; one that does not change is not drawn."""
         both, drawn = self._of_reference, self._drawn
         changed = [each for each in both if drawn.get(each) != self._inputs(each)]
         for channel in both:
             if channel in changed:
                 self._ask(channel, live=len(changed))
             elif channel.is_pending and channel.newest and not channel.newest.quality.live:
-                # It becomes better once nothing moves.
+                # It gets better once nothing moves.
                 channel.cancel()
 
     def _inputs(self, channel: Channel) -> SceneInputs:
@@ -111,7 +111,7 @@ class ImageScheduler(QObject):
             self.send()
 
     def _ask(self, channel: Channel, live: int = 0) -> None:
-        """Ask for an image at rest, or for one of so many (`live`) while something moves."""
+        """Request an image at rest or, while something moves, one of `live` images."""
         client, stop, inputs = channel.client, self.stop, self._inputs(channel)
         is_b = channel is self._reference.images_b
         if client in self.hidden or (is_b and not self.compares):

@@ -1,7 +1,7 @@
 """Pictures of the map of TFs: the grid, and the place under the mouse.
 
-A picture is that of the decoded TF, which a click on it gives, by the ray caster. On the map, a
-model that draws codes draws the code itself, as in the paper (section 5.2).
+The ray caster draws the decoded TF, which a click takes. On the map, a model that draws codes draws
+the code itself, as in the paper (section 5.2).
 """
 
 from __future__ import annotations
@@ -31,10 +31,10 @@ if TYPE_CHECKING:
     from model.latent.latent_map import Cells
 
 CELL_SIZE, HOVER_SIZE = 128, 256  # width and height of pictures at rest, in pixels
-REST_MS = 160  # time without a movement after which the place under the mouse is drawn at full size
+REST_MS = 160  # pause of the mouse after which its place is drawn at full size
 
 HOVER_SECONDS, GRID_SECONDS = 0.05, 0.25
-"""Time that a picture usually takes while the mouse moves, and 16 of them while the brush does."""
+"""Usual time of a picture while the mouse moves, and of 16 while the brush moves."""
 
 Images = NDArray[np.float32]
 _T = TypeVar("_T")
@@ -42,7 +42,7 @@ _T = TypeVar("_T")
 
 @dataclass(frozen=True, eq=False)
 class HoverPicture:
-    """Picture of a place of the map: the mean of some samples, or the nearest one if 0."""
+    """Picture of a place of the map: the mean of some samples, or the nearest sample if 0."""
 
     tf: OpacityTF
     samples: int
@@ -54,7 +54,7 @@ class HoverPicture:
 class GridPicture:
     """Pictures of the TFs that differ most, or of the cells of the brushed rectangle."""
 
-    cells: Cells | None  # None for the TFs that differ most, which are samples of the map
+    cells: Cells | None  # None for the most different TFs, which are samples of the map
     tfs: tuple[OpacityTF | None, ...]  # sixteen, row by row; None for cells without samples
     places: NDArray[np.float32]  # on the map (16, 2): of the samples, or their means
     inputs: SceneInputs
@@ -64,7 +64,7 @@ class GridPicture:
 
 
 class LatentPictures(QObject):
-    """Asks engines for pictures whenever brush, mouse, view, light or colours change."""
+    """Requests pictures whenever brush, mouse, view, light or colours change."""
 
     gridDrawn = Signal(object)  # emitted with a :class:`GridPicture`, or None without any
     hoverDrawn = Signal(object)  # emitted with a :class:`HoverPicture`; None without the mouse
@@ -86,7 +86,7 @@ class LatentPictures(QObject):
         self.hover: HoverPicture | None = None
         self._state = state
         self._model_size: int | None = None
-        self.is_path_traced = False  # whether pictures at rest are followed by traced ones
+        self.is_path_traced = False  # whether path-traced pictures follow those at rest
         self.patience = 1.0  # of live pictures, in usual times
         self._pace = Pace()
         self._grids = Channels(clients, "grid", self._take_grid, self)
@@ -103,7 +103,7 @@ class LatentPictures(QObject):
         latent.brushChanged.connect(lambda _brush: self._ask_grid(live=latent.dragging))
         latent.hoverChanged.connect(self._hover_changed)
         self.session.mapChanged.connect(self._map_changed)
-        # Coarse pictures first, which are there in a fraction of the time.
+        # Coarse pictures come first, in a fraction of the time.
         self.session.differentChanged.connect(lambda: self._ask_grid(live=True))
         self.exact = clients["exact"]
         self.exact.stateChanged.connect(self._check_failure)
@@ -123,7 +123,7 @@ class LatentPictures(QObject):
         size = size if draws_codes else None
         if size != self._model_size:
             self._model_size = size
-            # What the engine before was asked for may never come.
+            # The previous engine may never answer.
             self._grid_key = None
             self.ask()
 
@@ -132,13 +132,13 @@ class LatentPictures(QObject):
         return _look_of(picture.inputs) == _look_of(self._state.inputs)
 
     def restart(self) -> None:
-        """Ask an engine that was started anew for all pictures."""
+        """Request all pictures from a restarted engine."""
         self._pace = Pace()
         self._forget()
         self.ask()
 
     def stop(self) -> None:
-        """Ask nothing any more, and ask all threads and processes to end; returns at once."""
+        """Send no more requests, and ask all threads and processes to end; returns at once."""
         self._hover_rest.stop()
         self.session.stop()
 
@@ -147,7 +147,7 @@ class LatentPictures(QObject):
         self.session.join()
 
     def ask(self) -> None:
-        """Ask for all pictures anew, at full size."""
+        """Request all pictures anew, at full size."""
         self._ask_grid()
         self._ask_hover(live=False)
 
@@ -218,7 +218,7 @@ class LatentPictures(QObject):
         seconds: float,
         live: bool,
     ) -> int:
-        """Ask for pictures of TFs with their codes, and return the request's number."""
+        """Request pictures of TFs with their codes, and return the request's number."""
         source: EngineName = "learned" if self.from_codes else "exact"
         if live:
             seconds *= self.patience / len(tfs)
@@ -257,7 +257,7 @@ class LatentPictures(QObject):
             if asked.cells is None:
                 known = self.grid
                 if known and (known.tfs, known.inputs) == (asked.tfs, asked.inputs):
-                    # Finer pictures of the same keep their brightness.
+                    # Finer pictures of the same TFs keep their brightness.
                     exposures = known.exposures
                 else:
                     exposures = dict(zip(drawn, self._exposures(result.value, source), strict=True))
@@ -288,7 +288,7 @@ class LatentPictures(QObject):
         source: EngineName,
         result: Result,
     ) -> _T | None:
-        """Take what was asked with an answer's number, and have it traced where that is due."""
+        """Take the request with an answer's number, and request path-traced pictures if due."""
         request = result.request
         asked = table.get(request.sequence)
         for number in [number for number in table if number <= request.sequence]:

@@ -1,4 +1,4 @@
-"""The latent space of the open volume, its map, and what the user chooses of it."""
+"""The latent space of the open volume, its map, and the user's choices."""
 
 from __future__ import annotations
 
@@ -31,12 +31,17 @@ if TYPE_CHECKING:
 CodecChoice = Literal["shipped", "model"]
 Place = tuple[float, float]
 
-FIRST_BRUSH: Brush = (-0.8, -0.8, 0.8, 0.8)  # most of the map, as in the paper's examples
+FIRST_BRUSH: Brush = (
+    -0.8,
+    -0.8,
+    0.8,
+    0.8,
+)  # most of the map, as in the paper
 
 
 @dataclass(frozen=True)
 class LatentChoices:
-    """Choices of what is shown."""
+    """Choices in the latent browser."""
 
     shown: bool = False  # whether the browser is open
     on_map: bool = False  # whether map and grid are shown, not the most different pictures
@@ -84,7 +89,7 @@ class LatentState(QObject):
         self.finish_brush()
 
     def set_hover(self, place: Place | None, closeness: float = 1.0) -> None:
-        """Set the place under the mouse, or None, and how much closer than the whole map it is."""
+        """Set the place under the mouse, or None, and the zoom of the map."""
         if (place, closeness) != (self.hover, self.closeness):
             self.hover, self.closeness = place, closeness
             self.hoverChanged.emit(place)
@@ -108,7 +113,7 @@ class LatentSession(QObject):
     mapChanged = Signal(object)
     """Emitted with the map: another codec's or volume's, or the same at its final places. None
     until the next one is opened."""
-    progressed = Signal(float)  # emitted with the part of t-SNE that is done; 1 at any end
+    progressed = Signal(float)  # emitted with the progress of t-SNE; 1 at its end
     overviewChanged = Signal(object)
     differentChanged = Signal()
     filterChanged = Signal()  # emitted when other samples pass the filters
@@ -129,8 +134,8 @@ class LatentSession(QObject):
         # Of the map's TFs, in the view, crop box and colours of `overview_of`.
         self.overview: Overview | None = None
         self.overview_of: object = None
-        # Samples that show the most different things, of those that pass the filters; chosen when
-        # the browser is opened or a filter is changed, and kept while the view turns.
+        # The most different of the samples that pass the filters; chosen when the browser is opened
+        # or a filter changes, and kept while the view turns.
         self.different: NDArray[np.int64] | None = None
         # Of the present TF.
         self.place: tuple[float, float] | None = None
@@ -140,7 +145,7 @@ class LatentSession(QObject):
         self._known: tuple[OpacityTF, tuple[float, float]] | None = None
         self._volume: Volume | None = None
         self._window: Range = (0.0, 1.0)
-        self.model: Path | None = None  # folder of one that fits, whose codec can be chosen
+        self.model: Path | None = None  # folder of a model that fits, whose codec can be chosen
         self._is_open = False
         say = self.problem.emit
         self._opening = LatestCall("latent-space", self, self._take_space, say)
@@ -154,7 +159,7 @@ class LatentSession(QObject):
         self._embedding: EmbeddingProcess | None = None
         self._advanced.connect(self._tell_progress, Qt.ConnectionType.QueuedConnection)
         latent.choicesChanged.connect(self._choices_changed)
-        # Not while it turns: the engines need the processor then.
+        # Not while the view turns: the engines need the processor then.
         state.inputsChangeFinished.connect(self._look)
         state.tf_input.changed.connect(lambda _tf: self._place_present())
         self._before = latent.choices
@@ -165,7 +170,7 @@ class LatentSession(QObject):
         return self._embedding is not None
 
     def start_volume(self, volume: Volume, window: Range) -> None:
-        """Follow another volume; its space is opened when the browser is shown."""
+        """Set another volume; its space is opened when the browser is shown."""
         if volume is not self._volume:
             # Its filters mean nothing here.
             self._latent.start_choices()
@@ -174,7 +179,7 @@ class LatentSession(QObject):
         self.reset()
 
     def reset(self) -> None:
-        """Open the space anew if the browser is shown, or else when it will be."""
+        """Reopen the space, now or when the browser is next shown."""
         self.cancel()
         for call in (self._opening, self._looking, self._choosing):
             call.forget()
@@ -185,7 +190,7 @@ class LatentSession(QObject):
         self._ensure_open()
 
     def cancel(self) -> None:
-        """End the computation of the map; the present places stay."""
+        """Cancel the computation of the map; the present places stay."""
         if self._embedding is not None:
             self._embedding.cancel()
             self._embedding = None
@@ -218,7 +223,7 @@ class LatentSession(QObject):
         return blend.code, blend.samples
 
     def remember_place(self, tf: OpacityTF, place: tuple[float, float]) -> None:
-        """Say where a TF was found, for as long as it is the present one."""
+        """Remember the place of a TF for as long as it is the present one."""
         self._known = tf, place
 
     def compute_map(self) -> None:
@@ -333,7 +338,7 @@ class LatentSession(QObject):
         if map_ is None or space is None or volume is None or not self._latent.choices.shown:
             return
         if self._has_overview:
-            # Another view's may be on its way.
+            # Another view's overview may be on its way.
             self._looking.forget()
             return
         self._looking.ask(partial(_overview, volume, self._state.inputs, space, map_))

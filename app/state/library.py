@@ -46,8 +46,8 @@ class Library:
     def models_of(self, fingerprint: str, remembered: Sequence[str]) -> list[KnownModel]:
         """Return the models of a volume: the one opened last, the user's, then shipped ones.
 
-        Remembered are folders that were opened with it, the newest first. Models that are gone,
-        that this version does not draw, or that are of another volume by now, are left out.
+        `remembered` are folders that were opened with it, the newest first. Models that are
+        missing, of another version, or of another volume are left out.
         """
         own, shipped = [Path(text) for text in remembered], shipped_models()
         found = []
@@ -56,7 +56,7 @@ class Library:
             if card is not None and card.scene.volume_fingerprint == fingerprint:
                 is_shipped = folder in shipped
                 name = folder.name.replace("_", " ") if is_shipped else folder.name
-                # Of the shipped ones, that of direct light shows most.
+                # Of the shipped models, the one in direct light shows most.
                 is_later = is_shipped and card.scene.lighting != "direct"
                 rank = folder not in own[:1], is_shipped, is_later
                 found.append((rank, KnownModel(folder, name, error_text(card.metrics))))
@@ -90,15 +90,16 @@ class Library:
         return _named(near, {scene.volume_name}) or _shipped_volume(scene)
 
     def scene_of(self, folder: Path) -> Scene | None:
-        """Return what a model was trained on, or None if its card cannot be read."""
+        """Return a model's scene, or None if its card cannot be read."""
         card = _card(folder)
         return None if card is None else card.scene
 
     def check_model(self, folder: Path) -> Scene:
-        """Return what a model that can be opened was trained on; quick, and without torch.
+        """Return the scene of a model that can be opened; quick, without torch.
 
         Compares the weights' SHA-256, some hundred MB in a second. Raises :class:`CheckpointError`,
         so that a working model is given up only for one that works.
+
         """
         try:
             _check_folder(folder)
@@ -107,7 +108,7 @@ class Library:
             read_weights(folder, header)
         except TfscopeError:
             raise
-        except Exception as error:  # whatever is wrong with it must not cost a working model
+        except Exception as error:  # a broken card must not cost a working model
             raise CheckpointError(
                 f"{folder}: the model cannot be read ({error_sentence(error)}); choose another."
             ) from error
@@ -115,7 +116,7 @@ class Library:
 
 
 def _check_folder(folder: Path) -> None:
-    """Raise :class:`CheckpointError` if it is plain that this is no model's folder."""
+    """Raise :class:`CheckpointError` if this is clearly no model folder."""
     if not folder.exists():
         raise CheckpointError(f"{folder}: there is no such folder; choose another.")
     if not folder.is_dir():

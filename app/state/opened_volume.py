@@ -1,4 +1,4 @@
-"""A volume with its derived data that take time to compute."""
+"""A volume with derived data that takes time to compute."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class OpenedVolume:
     """A volume with derived data for the window, computed in the background."""
 
     path: Path
-    volume: Volume  # over the range that is looked at; its robust range at first
+    volume: Volume  # over the displayed range, at first the robust one
     counts: NDArray[np.int64]
     """Histogram (n,) of all voxels. Bins are equally wide over the volume's scalar range, and
     wider beyond it where outliers lie far out: where bins are compared, divide by widths."""

@@ -45,12 +45,12 @@ class PieceFinder(QObject):
         state.inputsChangeFinished.connect(self._ask)
 
     def space_of(self, piece: Piece) -> str:
-        """Say how much space a piece takes."""
+        """Return the size of a piece, in words."""
         volume = self._volume()
         return "" if volume is None else volume_text(piece.count, volume)
 
     def take(self, number: int, alone: bool) -> None:
-        """Show a piece that was found alone, or all but it: an edit that can be undone."""
+        """Show a piece alone, or cut it away: an edit that can be undone."""
         if number >= len(self.pieces):
             self._say(SEEKING if self._call.is_awaited else NO_PIECE)
             return
@@ -74,12 +74,12 @@ class PieceFinder(QObject):
         volume, place = self._volume(), self._asked.place
         wanted = None
         if volume is not None and place is not None and self._asked.choices.shown:
-            # Light and colours change no piece.
+            # Pieces do not depend on light and colours.
             inputs = replace(self._state.inputs, light=None, color_tf=EMPTY_TF.color)
             wanted = volume, inputs, from_middle(place)
         if wanted != self._wanted:
             self._wanted = wanted
-            # What was found is of another place or scene, and so is what is on its way.
+            # The found pieces, and those being searched, belong to another place or scene.
             self._call.forget()
             self._take(())
             if wanted is not None:

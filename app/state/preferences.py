@@ -36,10 +36,10 @@ class KeptFileError(TfscopeError):
 
 
 class KeptFile(Generic[T]):
-    """Values of a dataclass in a JSON file, or without a path in memory only.
+    """Values of a dataclass in a JSON file or, without a path, in memory.
 
-    A change is made here at once, and made again on what is in the file when it is written. So
-    windows overwrite nothing of each other but what both have changed: there the last one wins.
+    A change is made at once, and repeated on the file's content when that is written. So windows
+    keep each other's changes; if both change one value, the last one wins.
     """
 
     def __init__(self, path: Path | None, kind: type[T]) -> None:
@@ -52,13 +52,13 @@ class KeptFile(Generic[T]):
         self.refresh()
 
     def change(self, change: Change[T]) -> None:
-        """Change the values by a function, which may be called more than once."""
+        """Change the values by a function, which may be called again."""
         self.values = change(self.values)
         if self._path is not None:
             self._changes.append(change)
 
     def refresh(self) -> None:
-        """Take in what other windows have written since."""
+        """Read other windows' changes."""
         if self._path is None:
             return
         self._forget_written()
@@ -79,7 +79,7 @@ class KeptFile(Generic[T]):
         self.values = values
 
     def reread(self) -> KeptFile[T]:
-        """Return the file read anew, with the changes that are not written yet; from any thread."""
+        """Return the file's content with the unwritten changes; from any thread."""
         if self._path is None:
             return self
         file = KeptFile(self._path, self._kind)
@@ -88,7 +88,7 @@ class KeptFile(Generic[T]):
         return file
 
     def unwritten(self) -> Callable[[], None] | None:
-        """Return what writes all that is not written yet, from any thread; None if all is."""
+        """Return a function that writes the changes, from any thread; None if there are none."""
         self._forget_written()
         if self._path is None or not self._changes:
             return None
@@ -107,7 +107,7 @@ class KeptFile(Generic[T]):
                     mine, _wrong = build_valid(self._kind, data)
                     for change in changes:
                         mine = change(mine)
-                # What a newer version has written stays.
+                # Fields of newer versions stay.
                 content = {self._mark: 1, **data, **asdict(mine)}  # type: ignore[call-overload]
                 write_atomically(path, json.dumps(content, indent=1).encode())
         except OSError as error:
@@ -127,7 +127,7 @@ class KeptFile(Generic[T]):
 
     def _build(self, data: dict[str, Any], path: Path) -> T:
         values, wrong = build_valid(self._kind, data)
-        # An earlier version may have kept what is no choice any more.
+        # An earlier version may have written a value that is no longer a choice.
         if wrong and path.exists():
             names = ", ".join(f"'{name}'" for name in wrong)
             self.problem = f"{path}: its {names} could not be read; the rest is there."
@@ -136,7 +136,7 @@ class KeptFile(Generic[T]):
 
 @contextmanager
 def _locked(path: Path) -> Iterator[None]:
-    """Keep other windows from writing; where there are no locks, it is a little less sure."""
+    """Lock the file against other windows, if the system has locks."""
     path.parent.mkdir(parents=True, exist_ok=True)
     lock = FileLock(path.parent / "lock", timeout=LOCK_PATIENCE_S)
     with suppress(OSError, NotImplementedError, Timeout):
@@ -148,7 +148,7 @@ def _locked(path: Path) -> Iterator[None]:
 
 
 def _set_aside(path: Path) -> str:
-    """Rename a file, and say what has become of it."""
+    """Rename a file, and return a sentence about it."""
     names = (path.with_suffix(f"{'' if i == 1 else f'.{i}'}.damaged") for i in count(1))
     aside = next(name for name in names if not name.exists())
     with suppress(OSError):
@@ -157,7 +157,7 @@ def _set_aside(path: Path) -> str:
     return "it is overwritten by the next change"
 
 
-PAUSE_MS = 300  # time after the first of some changes in a row before they are written
+PAUSE_MS = 300  # delay from the first unwritten change to writing
 MOST_RECENT = 10  # number of recent files of each kind, and of remembered models of a volume
 MASK_END = ".mask.nrrd"  # of a mask's file
 OLD_S = 30 * 24 * 3600  # seconds for which a mask is kept that another has replaced
@@ -182,15 +182,15 @@ def volume_file(folder: Path | None, fingerprint: str) -> KeptFile[VolumeMemory]
 
 
 def _name(fingerprint: str) -> str:
-    # Cards of models say fingerprints, too: theirs may be any text.
+    # Fingerprints from models' cards may be any text.
     return "".join(filter(str.isalnum, fingerprint))[:32]
 
 
 class Preferences(QObject):
     """Remembers settings, recent files and volumes, in a folder or in memory only.
 
-    What is changed is written shortly afterwards, in a thread of its own, and by :meth:`finish`.
-    After a failed write nothing more is written.
+    Changes are written shortly afterwards, in a thread, and by :meth:`finish`. After a failed
+    write, nothing more is written.
     """
 
     problem = Signal(str)  # emitted with a sentence when a file cannot be written
@@ -201,7 +201,7 @@ class Preferences(QObject):
         self._settings = settings_file(folder)
         self.start_problem = self._settings.problem  # sentence for the user
         self._volumes: dict[str, KeptFile[VolumeMemory]] = {}
-        # By fingerprint, with the names of their files; and what writes those that are new.
+        # By fingerprint, with their file names; and functions that write the new ones.
         self._masks: dict[str, tuple[str, Mask]] = {}
         self._new_masks: dict[str, Callable[[], None]] = {}
         self._has_failed = False
@@ -222,18 +222,18 @@ class Preferences(QObject):
         return self._volume(fingerprint).values
 
     def volume_at(self, path: Path) -> VolumeMemory:
-        """Return what is remembered of the volume that was opened at a path last."""
+        """Return the memory of the volume that was last opened at a path."""
         fingerprint = self.settings.places.get(str(path.absolute()))
         return VolumeMemory() if fingerprint is None else self.volume(fingerprint)
 
     def recall(self, fingerprint: str) -> tuple[VolumeMemory, str]:
-        """Read what is kept of a volume, and what is wrong with its file; from any thread."""
+        """Read a volume's memory, and what is wrong with its file; from any thread."""
         known = self._volumes.get(fingerprint)
         file = volume_file(self.folder, fingerprint) if known is None else known.reread()
         return file.values, file.problem
 
     def refresh(self, fingerprint: str) -> str:
-        """Take in what other windows have written; return what is wrong with a volume's file."""
+        """Read other windows' changes; return what is wrong with a volume's file."""
         file = self._volume(fingerprint)
         problem = file.problem
         self._settings.refresh()
@@ -241,20 +241,20 @@ class Preferences(QObject):
         return problem or file.problem
 
     def note_volume(self, fingerprint: str, **changes: Any) -> None:
-        """Remember something of a volume, by its names in :class:`VolumeMemory`."""
+        """Change fields of a volume's :class:`VolumeMemory`."""
         file = self._volume(fingerprint)
         if any(getattr(file.values, name) != value for name, value in changes.items()):
             file.change(partial(replace, **changes))
             self._write_soon()
 
     def keep_mask(self, fingerprint: str, mask: Mask | None, volume: Volume) -> str:
-        """Keep a volume's mask, to be written soon; return what a memory says of it."""
+        """Keep a volume's mask, to be written soon; return its name in the memory."""
         if mask is None:
             return ""
         known = self._masks.get(fingerprint)
         if known is not None and known[1] == mask:
             return known[0]
-        # Of its content: another window with the same volume has a file of its own.
+        # Named by its content: another window may have another mask of the same volume.
         content = hashlib.sha256(mask.bits).hexdigest()[:16]
         name = f"{_name(fingerprint)}.{content}{MASK_END}"
         self._masks[fingerprint] = name, mask
@@ -265,9 +265,9 @@ class Preferences(QObject):
         return name
 
     def read_mask(self, name: str, volume: Volume) -> Mask | None:
-        """Return the mask that a memory speaks of; from any thread.
+        """Return a memory's mask; from any thread.
 
-        Raises :class:`TfscopeError` where its file cannot be read.
+        Raises :class:`TfscopeError` if its file cannot be read.
         """
         for known, mask in self._masks.values():
             if known == name:
@@ -284,7 +284,7 @@ class Preferences(QObject):
         self.note_recent("volumes", path)
 
     def note_model(self, folder: Path, fingerprint: str) -> None:
-        """Remember that a model was opened with a volume; it becomes the first of both lists."""
+        """Remember that a model was opened with a volume; it comes first in both lists."""
         models = _first(str(folder.absolute()), self.volume(fingerprint).models)
         self.note_volume(fingerprint, models=models)
         self.note_recent("models", folder)
@@ -298,7 +298,7 @@ class Preferences(QObject):
         return [Path(text) for text in getattr(self.settings, f"recent_{kind}")[:MOST_RECENT]]
 
     def finish(self) -> None:
-        """Write what is not written yet, and wait for it."""
+        """Write all changes, and wait for that."""
         self._pause.stop()
         self._writing.join()
         if not self._has_failed:
@@ -313,19 +313,19 @@ class Preferences(QObject):
             self._write_soon()
 
     def _write_soon(self) -> None:
-        # Not anew at every change: a long drag would then be written at its end only.
+        # Not restarted at every change, or a long drag would be written only at its end.
         if not (self.folder is None or self._has_failed or self._pause.isActive()):
             self._pause.start()
 
     def _write(self) -> None:
         if self._writing.is_running:
-            # One at a time, so that an older state never replaces a newer one.
+            # One write at a time, so that an older state never replaces a newer one.
             self._pause.start()
         else:
             self._writing.ask(self._unwritten())
 
     def _fail(self, text: str) -> None:
-        # Once: the same disk may fail for a thread and for the end of it all.
+        # Reported once, though several writes may fail.
         if not self._has_failed:
             self._has_failed = True
             self._pause.stop()
@@ -349,9 +349,9 @@ class Preferences(QObject):
 
 
 def _write_mask(path: Path, mask: Mask, volume: Volume) -> None:
-    """Write a volume's mask unless it is there, and remove those that were in its place long ago.
+    """Write a volume's mask unless it exists, and remove masks that were replaced long ago.
 
-    Others may be those of other windows.
+    Newer ones may belong to other windows.
     """
     # Imported here: a window opens before it reads or writes masks.
     from model.volume_files.masks import write_mask

@@ -18,26 +18,26 @@ from model.measurements import processors
 COMMAND = (sys.executable, "-m", "app.prepare_kernels")
 ROOT = Path(__file__).resolve().parents[2]
 
-PROCESSES = 2  # processes at a time: each takes a processor and half a gigabyte
-LONGEST_S = 300  # of a group, after which its process hangs; three times the slowest seen
-PATIENCE_MS = 5000  # time that the first picture is given before anything is compiled
+PROCESSES = 2  # processes at a time; each needs a processor and half a gigabyte
+LONGEST_S = 300  # longest time of a group: three times the slowest measured
+PATIENCE_MS = 5000  # longest wait for the first picture before compiling
 
 USUAL_S, TICK_MS = 18, 1000
-"""Time of a group on a usual computer with two processors and nothing else to do, and between two
-reports of what is left."""
+"""Time of a group on a typical idle computer with two processors, and time between reports of the
+rest."""
 
 
 class Preparation(QObject):
-    """Compiles groups of kernels that are wanted, in their order, once a picture is there.
+    """Compiles the wanted groups of kernels in order, once the first picture is drawn.
 
-    The command is given the names of groups, one a line, and writes each name back. A group that
-    cannot be compiled so, or not within `longest_s`, is compiled by an engine when it first draws.
+    The command reads the names of groups, one per line, and writes each name back. If that fails,
+    or takes more than `longest_s`, an engine compiles the group when it first draws.
     """
 
     prepared = Signal()  # emitted when an engine may use the kernels of one more group
     progressed = Signal(int, int)
-    """Emitted with how many of the wanted groups are prepared, and how many are wanted; each second
-    until all are."""
+    """Emitted with the numbers of prepared and wanted groups, each second until all are prepared.
+    """
 
     def __init__(
         self,
@@ -60,13 +60,13 @@ class Preparation(QObject):
 
     def is_prepared(self, group: KernelGroup) -> bool:
         """Return whether an engine may use a group's kernels."""
-        # Asked at each change of the scene: what is there once needs no look at the disk again.
+        # Asked at each change of the scene, so results are cached.
         if group not in self._usable and (not self._is_kept or group.is_prepared):
             self._usable.add(group)
         return group in self._usable
 
     def want(self, groups: Sequence[KernelGroup]) -> None:
-        """Prepare these groups next; what is under way goes on."""
+        """Prepare these groups next; running compilations go on."""
         if tuple(groups) != self._wanted:
             self._wanted = tuple(groups)
             self._since, self._before = monotonic(), sum(map(self.is_prepared, groups))
@@ -78,14 +78,14 @@ class Preparation(QObject):
             self._say_progress()
 
     def begin(self) -> None:
-        """Begin: the first picture, which needs the processors, is there."""
+        """Begin compiling: the first picture, which needed the processors, is drawn."""
         if not self._has_begun:
             self._has_begun = True
             self._patience.stop()
             self._go_on()
 
     def stop(self) -> None:
-        """End all processes; what they have compiled is kept."""
+        """End all processes; compiled kernels stay."""
         self._patience.stop()
         self._tick.stop()
         self._wanted = ()
@@ -94,7 +94,7 @@ class Preparation(QObject):
             worker.end_now()
 
     def _go_on(self) -> None:
-        """Give each worker something to do, start those that are missing, and end idle ones."""
+        """Give each worker a group, start missing workers, and end idle ones."""
         if not self._has_begun:
             return
         under_way = {worker.group for worker in self._workers}
@@ -132,14 +132,14 @@ class Preparation(QObject):
 
     @property
     def text(self) -> str:
-        """Sentence with the time that is left for the wanted groups; empty once they are there."""
+        """Sentence with the remaining time of the wanted groups; empty once they are prepared."""
         done = sum(map(self.is_prepared, self._wanted)) - self._before
         count, spent = len(self._wanted) - self._before, monotonic() - self._since
         if done == count:
             return ""
         whole = max(count * USUAL_S / PROCESSES * self._crowd, 1.5 * spent)
         if done > 0:
-            # Those under way are half done.
+            # Groups in progress count as half done.
             whole = spent * count / min(done + len(self._workers) / 2, count)
         seconds = 5 * max(math.ceil((whole - spent) / 5), 1)
         return f"Compiling, about {seconds} s left …"
@@ -152,7 +152,7 @@ class Preparation(QObject):
 
 
 def _crowd() -> float:
-    """Factor by which other programs hold up two processes, by how many ran in the last minute."""
+    """Factor by which other programs slow down two processes, from the system's load."""
     others = os.getloadavg()[0] if hasattr(os, "getloadavg") else 0.0
     return max((others + PROCESSES) / processors(), 1.0)
 
@@ -186,7 +186,7 @@ class _Worker(QProcess):
         self._hanging.start()
 
     def end_now(self) -> None:
-        """End the process, and tell nothing of it."""
+        """End the process without emitting a signal."""
         self.blockSignals(True)
         self.kill()
         self.waitForFinished()
@@ -204,6 +204,6 @@ class _Worker(QProcess):
         self.ended.emit(self)
 
     def _take_error(self, error: QProcess.ProcessError) -> None:
-        # All others are followed by an end.
+        # After other errors, the process also finishes.
         if error is QProcess.ProcessError.FailedToStart:
             self._take_finished()

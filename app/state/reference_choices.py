@@ -1,4 +1,4 @@
-"""Choices of the user for the reference, and lights that are too slow."""
+"""The user's choices for the reference, and lights that are too slow."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from app.engines.requests import ReferenceSettings
 from app.state.settings import ImageSettings, LightingChoice
 from model.scene.scene import LightDirection, Lighting, LightRange, Scene
 
-EVERYWHERE = LightRange(90.0, 90.0)  # range of a light that no model has to follow
-USUAL_DISTANCE = 0.5  # sample distance in voxels, where neither the user nor a model has another
+EVERYWHERE = LightRange(90.0, 90.0)  # range of the light without a model
+USUAL_DISTANCE = 0.5  # default sample distance in voxels
 
 SLOW_S: dict[Lighting, float] = {"soft": 0.1, "direct": 3.0}
-"""Seconds of an image, on cores that nothing else uses, from which a light is not automatic."""
+"""Seconds per image, on idle cores, from which a light is not chosen automatically."""
 
 JUDGED_SIZE: dict[Lighting, int] = {"soft": 256, "direct": FIRST_SIZE}
 """Pixels of its sides: as many as while something moves, and as the first one has."""
@@ -33,8 +33,8 @@ class ReferenceChoices(ImageSettings):
     ) -> ReferenceSettings:
         """Return the settings of the renderer, next to a model of a scene if there is one.
 
-        Samples lie as far apart as in the model's training images, or :data:`USUAL_DISTANCE`, where
-        the stop has no other distance. Some lights may have turned out to take too long here.
+        The sample distance is the stop's, that of the model's training images, or
+        :data:`USUAL_DISTANCE`. `slow_lights` take too long here.
         """
         lighting = self._lighting(scene, slow_lights)
         light = None
@@ -49,7 +49,7 @@ class ReferenceChoices(ImageSettings):
         return ReferenceSettings(lighting, light, *drawn, is_truth=is_truth)
 
     def light_range(self, scene: Scene | None, settings: ReferenceSettings) -> LightRange | None:
-        """Return where the user may move the light; None without one, or where a model fixes it."""
+        """Return the range of the movable light; None without a light, or if a model fixes it."""
         if settings.lighting == "none":
             return None
         if scene is not None and scene.lighting == settings.lighting:
@@ -68,9 +68,10 @@ class ReferenceChoices(ImageSettings):
 
 
 def quiet_seconds(lighting: Lighting, result: Result) -> float | None:
-    """Return the seconds by which a light is judged; None if an image says nothing of it.
+    """Return the seconds by which a light is judged; None if an image does not allow it.
 
     They hardly depend on what else the machine does, nor on the size of the window.
+
     """
     image = result.image
     if image is None or image.quiet_seconds is None or lighting not in SLOW_S:

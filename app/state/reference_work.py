@@ -1,4 +1,4 @@
-"""The reference image's renderer: the engines that draw it and answer questions about it."""
+"""The reference image: the engines that draw it and answer questions about it."""
 
 from __future__ import annotations
 
@@ -29,20 +29,20 @@ from model.scene.volume import Volume
 from model.volume_files.shipped import sample_of
 
 PANE_REST_MS = 150  # pause after the last change of a pane's size before an image is drawn for it
-FIRST_REST_MS = 1000  # of a first picture in quicker light before path-traced ones follow
+FIRST_REST_MS = 1000  # pause after a first picture in quicker light before path-traced ones follow
 LEAST_PANE = 64  # fewest pixels of an image's sides, while a pane is not laid out yet
 
 PREPARING = "Preparing the volume …"
 
 
 class ReferenceWork(QObject):
-    """Draws the reference as it was chosen, and as the open model demands."""
+    """Draws the reference as chosen, and as the open model demands."""
 
     choicesChanged = Signal(object)  # emitted with the new :class:`ReferenceChoices`
     settingsChanged = Signal(object)  # emitted with the new :class:`ReferenceSettings`
-    lightRangeChanged = Signal(object)  # emitted with where the light may be moved, or None
+    lightRangeChanged = Signal(object)  # emitted with the range of the light, or None
     analystReplaced = Signal()
-    """Emitted when the analyst is started anew or waits for kernels: old answers do not hold."""
+    """Emitted when the analyst restarts or waits for kernels: old answers are invalid."""
     resized = Signal(object)  # emitted with the :class:`Raster` of the image
     lightWentOut = Signal(float)  # emitted with the seconds of a lit image that is too slow
 
@@ -62,22 +62,23 @@ class ReferenceWork(QObject):
         self._volume: Volume | None = None
         self._scene: Scene | None = None
         self.choices = ReferenceChoices(**vars(part_of(preferences.settings, ImageSettings)))
-        # What the reference is drawn with now, and once all kernels are compiled.
+        # Settings of the reference now, and once all kernels are compiled.
         self.settings = self.wanted = ReferenceSettings()
         self.settings_b = self.wanted_b = ReferenceSettings()
         self._answering = self.settings  # of the analyst
-        # Whether an image is seen, or none is to be: until then nothing else takes the processor.
+        # Whether the first image is shown, or none will be: until then nothing else may take the
+        # processor.
         self.has_drawn = self._analyst_waits = False
-        # Seconds of an image in each light, and lights of which the first image is there.
+        # Seconds per image in each light, and lights whose first image is drawn.
         self._light_seconds: dict[Lighting, float] = {}
         self._loaded: set[Lighting] = set()
-        # Whether all pixels are drawn, however long that takes.
+        # Whether all pixels are drawn, whatever the time.
         self.is_patient = False
-        # Whether the home view is still fitted to the pane while it is looked from.
+        # Whether the home view is still adapted to the pane's size.
         self.fits_view = True
         self._pane_pixels = NO_MODEL_SIZE, NO_MODEL_SIZE
         self._pane_rest = Pause(self, PANE_REST_MS, self._take_pane_size)
-        # Queued: in the middle of an opening, the view is still that of the volume before.
+        # Queued, because during an opening the view is still the previous volume's.
         self.resized.connect(self._fit_home, Qt.ConnectionType.QueuedConnection)
         self.trade = TradeWork(state, clients.reference, self)
         # That of a volume that ships with one.
@@ -88,7 +89,7 @@ class ReferenceWork(QObject):
         clients.reference.settled.connect(self._take_first)
         clients.reference.stateChanged.connect(self._note_failure)
         self.preparation.progressed.connect(self._say_time)
-        # Why VTK does not draw before the ray caster's first kernel is compiled.
+        # Reason that VTK does not draw until the ray caster's first kernel is compiled.
         self._vtk_problem = ""
         self._is_first = False
         self._first_rest = Pause(self, FIRST_REST_MS, self._end_first)
@@ -97,12 +98,12 @@ class ReferenceWork(QObject):
 
     @property
     def is_preparing(self) -> bool:
-        """Whether an image is drawn otherwise than wanted until kernels are compiled."""
+        """Whether an image is not as wanted until kernels are compiled."""
         return (self.settings, self.settings_b) != (self.wanted, self.wanted_b)
 
     @property
     def edited(self) -> ReferenceSettings:
-        """Settings of the pane with the focus, about which the analyst is asked."""
+        """Settings of the pane with the focus, for the analyst."""
         return self.settings_b if self._state.tf_input.pane == "B" else self.settings
 
     def choices_of(self, pane: PaneName) -> ReferenceChoices:
@@ -112,16 +113,16 @@ class ReferenceWork(QObject):
 
     @property
     def slow_lights(self) -> frozenset[Lighting]:
-        """Lights whose images turned out to take too long here."""
+        """Lights that are too slow here."""
         return slow_lights(self._light_seconds)
 
     @property
     def reach(self) -> Reach:
-        """Reach that the home view fits: the whole image's, or that of a model's square."""
+        """Reach that the home view fits: the whole image's, or that of a model's square image."""
         return self._scheduler.raster.reach if self._scene is None else SQUARE
 
     def resting_distance(self, stop: Stop) -> float:
-        """Return how far samples of images at rest would be apart at a stop, in voxels."""
+        """Return the sample distance of images at rest at a stop, in voxels."""
         settings = replace(self.choices, stop=stop).settings(self._scene, self.slow_lights)
         by_raycast = settings.renderer == "raycast" or self._reference.by_raycast
         return settings.smooth_distance if by_raycast else settings.sample_distance
@@ -134,8 +135,8 @@ class ReferenceWork(QObject):
     def choose(self, keep: bool = True, **changes: Any) -> None:
         """Change some of the :class:`ReferenceChoices`, by name.
 
-        A lighting is of the open volume; without one, of the next. Those that are to be kept are
-        kept for the next run; such a lighting or renderer is undone among the edits.
+        A lighting belongs to the open volume or, without one, to the next. With `keep`, choices are
+        stored for the next run, and a change of lighting or renderer can be undone.
         """
         if self._volume is None:
             self._asked_lighting = changes.get("lighting", self._asked_lighting)
@@ -166,7 +167,7 @@ class ReferenceWork(QObject):
             tf_input.set_look(replace(tf_input.look, **look), name)
 
     def copy(self, source: PaneName) -> None:
-        """Copy a pane's TF, light and renderer to the other one, which has the focus then."""
+        """Copy a pane's TF, light and renderer to the other one, which gets the focus."""
         choices = self.choices_of(source)
         with self._state.edits.as_one(f"copy {source} to {other_pane(source)}"):
             self._state.tf_input.copy(source)
@@ -181,7 +182,7 @@ class ReferenceWork(QObject):
             self._state.tf_input.set_look(LookOfB(a.lighting, a.drawing), "look of B")
 
     def _follow_panes(self) -> None:
-        """Adapt to another look or focus, where B is shown or no longer."""
+        """Adapt to another look or focus, or to B being shown or hidden."""
         if self._volume is not None:
             self.follow(self._scene)
 
@@ -206,7 +207,7 @@ class ReferenceWork(QObject):
             self._scheduler.show_trade()
 
     def start(self, volume: Volume, scene: Scene | None, proposed: LightingChoice = "auto") -> None:
-        """Draw another volume, in the proposed light unless it was seen in another one before."""
+        """Draw another volume, in its remembered light or else the proposed one."""
         before, self._volume, self._scene = self._volume, volume, scene
         is_new = before is None or volume.voxels is not before.voxels
         if is_new:
@@ -218,7 +219,7 @@ class ReferenceWork(QObject):
             sample = sample_of(volume)
             self.designed_light = None if sample is None else sample.light
             self._take_light(before, proposed)
-            # A model that comes or goes with the volume leaves another pane.
+            # With a model that comes or goes, the pane's size changes.
             self._follow_pane()
         self._take_settings()
         # Over another range, the last image stays until the first new one.
@@ -226,7 +227,7 @@ class ReferenceWork(QObject):
         self._start_analyst()
 
     def follow(self, scene: Scene | None) -> None:
-        """Adapt to the model that is shown with it, and to the choices."""
+        """Adapt to the model next to it, and to the choices."""
         if (scene is None) != (self._scene is None):
             self._follow_pane()
         self._scene = scene
@@ -244,22 +245,22 @@ class ReferenceWork(QObject):
             self._scheduler.send()
 
     def set_pane_pixels(self, width: int, height: int) -> None:
-        """Say how many pixels the pane has; images follow once it rests."""
+        """Set the pane's pixels; images follow once they stop changing."""
         self._pane_pixels = max(width, LEAST_PANE), max(height, LEAST_PANE)
-        # Until a volume is open, it is the first layout of the window.
+        # Before a volume is open, this is the window's first layout.
         if self._volume is None:
             self._take_pane_size()
         else:
             self._pane_rest.start()
 
     def stop(self) -> None:
-        """Follow the pane no more, and prepare nothing."""
+        """Stop following the pane, and stop preparing kernels."""
         self._pane_rest.stop()
         self._first_rest.stop()
         self.preparation.stop()
 
     def _take_light(self, before: Volume | None, proposed: LightingChoice) -> None:
-        """Take the light in which the volume was seen last; that of the next time step stays."""
+        """Take the light in which the volume was last shown; the next time step keeps it."""
         assert self._volume is not None
         known = self._preferences.volume(self._volume.fingerprint)
         is_alike = before is not None and before.series == self._volume.series
@@ -274,7 +275,7 @@ class ReferenceWork(QObject):
     def _take_settings(self) -> None:
         wanted = self.wanted, self.wanted_b = self._wanted_of("A"), self._wanted_of("B")
         if self._volume is not None:
-            # Of A first.
+            # A's comes first.
             groups = [each for one in wanted for each in self._builders.kernels(self._volume, one)]
             self.preparation.want(tuple(dict.fromkeys(groups)))
         self.settings, self.settings_b = map(self._nearest, wanted)
@@ -300,7 +301,7 @@ class ReferenceWork(QObject):
         self.resized.emit(scheduler.raster)
 
     def _follow_pane(self) -> None:
-        """Have the home view follow the pane until that rests, and stay from then on."""
+        """Adapt the home view to the pane until the pane's size is stable."""
         self.fits_view = True
         self._pane_rest.start()
 
@@ -313,7 +314,7 @@ class ReferenceWork(QObject):
             self._scheduler.send()
 
     def _offer_light(self) -> None:
-        """Make the light movable where it may be, and keep its direction where it was."""
+        """Make the light movable if it may be, and keep its direction."""
         ranges = (
             self.choices.light_range(self._scene, each) for each in (self.settings, self.settings_b)
         )
@@ -330,11 +331,11 @@ class ReferenceWork(QObject):
         self._state.set_reach(self.reach, follow=self.fits_view)
 
     def _take_image(self, result: Result) -> None:
-        """Measure a light once; show a faster one instead of one that is automatic and slow."""
+        """Measure a light once; replace an automatic light that is too slow."""
         lighting = self.settings.lighting
         seconds = quiet_seconds(lighting, result)
         if seconds is not None and lighting not in self._light_seconds:
-            # With the first image, what draws it is loaded.
+            # The first image includes loading.
             if lighting in self._loaded and not self.preparation.text:
                 self._note_seconds(lighting, seconds)
             self._loaded.add(lighting)
@@ -352,7 +353,7 @@ class ReferenceWork(QObject):
                 self.lightWentOut.emit(seconds)
 
     def _nearest(self, wanted: ReferenceSettings) -> ReferenceSettings:
-        """Return the settings nearest to those wanted that can draw without compiling first."""
+        """Return the settings nearest to the wanted ones that need no compiling."""
         lighting = wanted.lighting
         by_vtk: Lighting = "none" if lighting == "none" else "direct"
         if wanted.renderer == "vtk" and by_vtk == lighting:
@@ -370,7 +371,7 @@ class ReferenceWork(QObject):
 
     @property
     def _is_vtk_for_now(self) -> bool:
-        """Whether VTK draws as nothing else can before its kernels are compiled."""
+        """Whether VTK draws because other renderers' kernels are not compiled."""
         return self.settings.passes and self.settings.renderer == "vtk"
 
     def _are_prepared(self, settings: ReferenceSettings, images_only: bool = False) -> bool:
@@ -381,13 +382,13 @@ class ReferenceWork(QObject):
         return all(map(self.preparation.is_prepared, asked))
 
     def _take_prepared(self) -> None:
-        """Have what waited for kernels that are compiled by now draw and answer."""
+        """Start engines that waited for kernels that are now compiled."""
         self.follow(self._scene)
         if self._volume is not None and self._analyst_waits:
             self._start_analyst()
 
     def _note_failure(self, state: EngineState) -> None:
-        """Wait for the ray caster's first kernel where VTK cannot draw until then."""
+        """Wait for the ray caster's first kernel if VTK cannot draw until then."""
         if state is EngineState.FAILED and self._is_vtk_for_now:
             self._vtk_problem = self._reference.text
             self._start_reference()
@@ -402,7 +403,7 @@ class ReferenceWork(QObject):
         self._reference.start(lambda settings=own: build(volume, settings), busy_text)
 
     def _start_analyst(self) -> None:
-        """Start it once its kernels are compiled, and the reference, which comes first, is seen."""
+        """Start the analyst once its kernels are compiled and the reference is shown."""
         assert self._volume is not None
         self._answering = self.edited
         is_prepared = self._are_prepared(self._answering)
@@ -415,7 +416,7 @@ class ReferenceWork(QObject):
         self.analystReplaced.emit()
 
     def _say_time(self, *_groups: int) -> None:
-        """Say why nothing draws or answers yet, and how long that takes."""
+        """Say why an engine waits, and for how long."""
         text = self.preparation.text
         if text and self._vtk_problem and self._is_vtk_for_now:
             problem = self._vtk_problem.rstrip(".")
@@ -424,7 +425,7 @@ class ReferenceWork(QObject):
             self._analyst.wait(text)
 
     def _take_first(self) -> None:
-        """Begin what the first picture is not to wait for."""
+        """Start everything that comes after the first picture."""
         self.preparation.begin()
         if self._is_first and self.is_preparing and not self._first_rest.isActive():
             self._first_rest.start()
@@ -434,7 +435,7 @@ class ReferenceWork(QObject):
                 self._start_analyst()
 
     def _end_first(self) -> None:
-        """Have path-traced pictures follow the first one, once nothing moves."""
+        """Start path-traced pictures after the first one, once nothing moves."""
         if self._state.live:
             self._first_rest.start()
         else:

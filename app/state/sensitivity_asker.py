@@ -1,7 +1,7 @@
-"""Questions about sensitivities: who is asked, when and how finely, and the newest answers.
+"""Questions about sensitivities: to which engine, when and how finely, and the newest answers.
 
-The ray caster answers exactly on any volume, a generator for its own. While something moves, the
-one that keeps up is asked, as often as :mod:`app.state.answer_pace` says; at rest both.
+The ray caster answers exactly on any volume, a generator for its own. While something moves, only
+an engine that keeps up is asked, as often as :mod:`app.state.answer_pace` allows; at rest both are.
 """
 
 from __future__ import annotations
@@ -38,8 +38,8 @@ from model.scene.transfer_function import TF_SAMPLES, Range
 from model.sensitivity.display import Agreement, agreement, shown_responses
 
 Source = Literal["exact", "surrogate", "learned"]
-"""Origin of an answer: the ray caster's derivative, that of another light in place of path-traced
-light's, or the generator."""
+"""Origin of an answer: the ray caster's derivative, that of another light instead of path-traced
+light, or the generator's."""
 
 _R = TypeVar("_R", bound=Request)
 
@@ -78,24 +78,24 @@ def displayed(answer: RegionAnswer) -> NDArray[np.float64]:
 
 
 Question = Literal["region", "visibility", "field", "seen", "seen_too", "pick"]
-"""A region's changes, what is visible in it, what an edit changes in each pixel, where values are
-seen, and where in the other one of A and B, what shows at a place."""
+"""Kinds of questions: a region's changes, what is visible in it, an edit's change of each pixel,
+where values are visible, the same in the other one of A and B, and what is visible at a place."""
 
 REST_SIZE = 256  # largest shorter edge for regions at rest
-REST_SECONDS = 1.5  # time that a region at rest may take, where fewer pixels would do
-SLOW_SECONDS = 0.5  # expected time at rest from which the generator answers first, if there is one
-DRAG_SECONDS = 0.07  # of answers while a region or band is dragged: no image waits for it
+REST_SECONDS = 1.5  # longest time for a region at rest
+SLOW_SECONDS = 0.5  # expected time at rest from which the generator, if any, answers first
+DRAG_SECONDS = 0.07  # time for answers while a region or band is dragged: no image waits for them
 BAND_REST_MS = 150  # time without a change after which a field is asked for at full quality
 PICK_RADIUS = 0.012  # half the edge of a click's square, as a fraction of the image
 
 
 class SensitivityAsker(QObject):
-    """Asks engines about sensitivities whenever the state or the questions change."""
+    """Asks the engines about sensitivities whenever the state or the questions change."""
 
     answered = Signal(str)  # emitted with the :data:`Question` whose answers have changed
 
     regions: dict[Source, RegionAnswer]
-    """Newest answer of each source, maybe about another image or place: see :meth:`is_fresh`."""
+    """Newest answer of each source; it may be stale, see :meth:`is_fresh`."""
     fields: dict[Source, FieldAnswer]
     seen: ValueVisibilityAnswer | None  # newest answer about where the band is visible
     seen_too: ValueVisibilityAnswer | None  # and where in the pane without the focus
@@ -112,14 +112,14 @@ class SensitivityAsker(QObject):
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         super().__init__(parent)
-        # Says whether a volume's first pictures are still to be drawn: all is asked after them.
+        # Whether a volume's first pictures are still to be drawn: questions come after them.
         self.is_starting: Callable[[], bool] = lambda: False
         # The scalar values of interest, how the ray caster answers under the present light, and the
         # image size of a generator that fits the volume.
         self.window: Range = (0.0, 1.0)
         self.exact_source: Source = "exact"
         self.learned_size: int | None = None
-        self.hint = ""  # what of the inputs is outside of what that was trained on
+        self.hint = ""  # inputs outside that generator's training, in words
         self.pace = AnswerPace(clock)
         self.state, self.asked, self.clients = state, asked, clients
         self._is_open = self._moves = self._has_moved = False
@@ -143,7 +143,7 @@ class SensitivityAsker(QObject):
 
     @property
     def engines(self) -> list[EngineName]:
-        """Engines that may answer, the exact one first; none while nothing is shown."""
+        """Engines that may answer, the exact one first; none if sensitivities are hidden."""
         choice = self.asked.choices.engine
         names: list[EngineName] = []
         if self._is_open and choice != "learned":
@@ -154,7 +154,7 @@ class SensitivityAsker(QObject):
 
     @property
     def rest_size(self) -> int:
-        """Shorter edge of answers at rest whose numbers hardly depend on it."""
+        """Shorter edge of answers at rest that hardly depend on it."""
         return min(REST_SIZE, self._picture.shorter)
 
     @property
@@ -169,13 +169,13 @@ class SensitivityAsker(QObject):
 
     @property
     def waiting(self) -> str:
-        """Text in the place of answers that are still to come."""
+        """Text to show until the answers come."""
         client = self.clients["exact"]
         return client.text if client.state is EngineState.WAITING else "computing …"
 
     @property
     def region(self) -> RegionAnswer | None:
-        """The answer about the region that is shown first."""
+        """The preferred answer about the region."""
         return max(
             self.regions.values(), key=lambda a: (self.is_fresh(a), a.source != "learned"),
             default=None,
@@ -183,7 +183,7 @@ class SensitivityAsker(QObject):
 
     @property
     def field(self) -> FieldAnswer | None:
-        """The answer about the band that is shown first."""
+        """The preferred answer about the band."""
         inputs = self.state.inputs
         return max(
             self.fields.values(), key=lambda a: (a.is_of(inputs), a.source != "learned"),
@@ -215,13 +215,13 @@ class SensitivityAsker(QObject):
         return (request.region, request.width, request.measure) == asked
 
     def start_volume(self, window: Range, source: Source) -> None:
-        """Forget all answers, for another volume, or a light that the ray caster answers so for."""
+        """Forget all answers, for another volume or light."""
         self.window, self.exact_source, self._is_open = window, source, True
         self.pace.forget()
         self._forget()
 
     def show(self, picture: Raster) -> None:
-        """Answer for a reference image of these pixels; fields of another shape are asked anew."""
+        """Set the reference image's pixels; ask again for fields of another shape."""
         is_other, self._picture = picture.shape != self._picture.shape, picture
         if is_other and self.asked.band is not None:
             self._drop_fields()
@@ -235,17 +235,17 @@ class SensitivityAsker(QObject):
             self.ask()
 
     def stop(self) -> None:
-        """Ask nothing any more."""
+        """Stop asking."""
         self._band_rest.stop()
         self._due.stop()
 
     def ask(self) -> None:
-        """Ask everything anew, at full quality; while something moves, after it."""
+        """Ask everything anew, at full quality; while something moves, after that."""
         self._moves = self.state.live
         self._ask("region", "visibility", "field", "seen", "pick")
 
     def follow_image(self, result: Result) -> None:
-        """Ask what waits for a live image that is shown, if it is time."""
+        """Ask the questions that wait for a live image, if they are due."""
         if result.request.quality.live and self._moves:
             self.pace.note_picture()
             self._ask_if_due()
@@ -260,13 +260,13 @@ class SensitivityAsker(QObject):
         self._moves = self._has_moved = self.state.live
 
     def _ask_if_due(self) -> None:
-        """Ask about what has moved, or see to it that it is asked in time."""
+        """Ask about what has moved, now or in time."""
         is_pending = any(channels.is_pending for channels in self._channels.values())
         if is_pending or not (self._moves and self._has_moved):
             return
         wait = self.pace.wait
         if wait > 0:
-            # Another image may not come by then: the mouse may rest in the midst of a drag.
+            # No image may come by then, if the mouse rests during a drag.
             self._due.start(int(1000 * wait) + 1)
         else:
             self._has_moved = False
@@ -278,7 +278,7 @@ class SensitivityAsker(QObject):
         elif what == "band":
             self._follow_band()
         elif what == "place":
-            # What shows at the place before says nothing about another one.
+            # The previous place's values say nothing about this one.
             self.pick = None
             self.answered.emit("pick")
             self._ask("pick")
@@ -308,14 +308,14 @@ class SensitivityAsker(QObject):
             getattr(before, name) != getattr(self._before, name)
             for name in ("shown", "measure", "engine")
         ):
-            # Answers by another measure or engine would be read as the new one's.
+            # Old answers would be taken for those of the new measure or engine.
             self._forget()
             self.ask()
         elif before.width != self._before.width:
             self.ask()
 
     def order(self, question: Question, live: bool = False) -> list[EngineName]:
-        """Engines to ask, the one that is shown first; while dragging, only one that keeps up."""
+        """Engines to ask, the preferred one first; during a drag, only one that keeps up."""
         names, band = self.engines, self.asked.band
         of_band = question in ("field", "seen", "seen_too")
         if of_band and (band is None or band.effect != (question == "field")):
@@ -323,11 +323,11 @@ class SensitivityAsker(QObject):
         if question == "seen_too" and not self.state.tf_input.compares:
             return []
         if question not in ("region", "field"):
-            # It is the same by any engine and in any light, and is cheap.
+            # Visibility is the same by any engine and in any light, and cheap.
             is_asked = self.asked.place is not None or question != "pick"
             return ["exact"] if self._is_open and self.asked.choices.shown and is_asked else []
         if question == "region" and self._moves and not self.asked.shows_curve:
-            # The panel's numbers rest until the hand does.
+            # The panel's numbers stay during a drag.
             return []
         takes_passes = question == "region" and self.asked.choices.measure == "change"
         if len(names) == 2:
@@ -338,7 +338,7 @@ class SensitivityAsker(QObject):
                 names = ["learned", "exact"]
         if not live:
             return names
-        # Where the ray caster could answer, of fewer pixels, the generator has to be as fast.
+        # If the ray caster could answer with fewer pixels, the generator must be as fast.
         most = SLOW_SECONDS if len(names) == 1 else SHARE * OLDEST_S
         is_slow = takes_passes or self._takes("learned", question, most)
         return [name for name in names if name == "exact" or not is_slow][:1]
@@ -362,7 +362,7 @@ class SensitivityAsker(QObject):
         return Quality(size, live=live, raster=raster)
 
     def _kind(self, name: EngineName, question: Question) -> object:
-        """Kind of an answer, by which its times are kept."""
+        """Key of an answer's times."""
         return name, self.asked.choices.measure if question == "region" else question
 
     def _takes(self, name: EngineName, question: Question, seconds: float) -> bool:
@@ -372,7 +372,7 @@ class SensitivityAsker(QObject):
         return expected is not None and expected > seconds
 
     def _ask(self, *questions: Question, seconds: float | None = None) -> None:
-        """Ask some questions, or call off what is not to be asked any more."""
+        """Ask some questions, and cancel those that are no longer wanted."""
         live = seconds is not None
         if "seen" in questions:
             questions = *questions, "seen_too"
@@ -392,11 +392,11 @@ class SensitivityAsker(QObject):
                 else:
                     quality = self.quality(name, question)
                 if question == "region" and len(order) == 2 and not self.asked.outline.points:
-                    # Two that shall agree about all of the image are asked about the square.
+                    # If both engines answer about the whole image, both answer about the square.
                     quality = Quality(quality.size)
                 self._channels[question][name].ask(self._request(question, quality))
         if "region" in orders and (not live or (self._moves and orders["region"])):
-            # Who is not asked any more would answer an older question.
+            # An engine that is no longer asked would answer an older question.
             asked = {self.source(name) for name in orders["region"]}
             for source in self.regions.keys() - asked:
                 del self.regions[source]
@@ -421,7 +421,7 @@ class SensitivityAsker(QObject):
         return ValueVisibilityRequest(inputs, quality, band.values, width)
 
     def _take(self, question: Question, name: EngineName, result: Result) -> None:
-        """Keep an answer; in the place of one that failed, forget the one before."""
+        """Keep an answer; after an error, forget the previous one."""
         request, source, answer = result.request, self.source(name), None
         if request.quality.live and self._moves:
             self.pace.note_live(result.seconds)
@@ -435,7 +435,7 @@ class SensitivityAsker(QObject):
                 answers[source] = answer
         else:
             setattr(self, question, answer)
-        # That one can answer about regions says that it is well.
+        # An engine that answers about regions works.
         if answer is None or question == "region":
             self._problems[source] = result.error or ""
             self.answered.emit("region")
@@ -444,7 +444,7 @@ class SensitivityAsker(QObject):
         self._ask_if_due()
 
     def source(self, name: EngineName) -> Source:
-        """Return as what an engine answers."""
+        """Return the source of an engine's answers."""
         return self.exact_source if name == "exact" else "learned"
 
     def _both(self, answers: dict[Source, Any]) -> list[Any]:

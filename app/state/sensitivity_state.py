@@ -40,15 +40,15 @@ class NamedRegion:
 class Choices:
     """Choices of how sensitivities are measured and shown."""
 
-    shown: bool = True  # whether they are computed at all
+    shown: bool = True  # whether sensitivities are computed at all
     curve: bool = True  # whether the plot has the curve of changes of a region
-    whole_curve: bool = False  # whether it has that of the whole image, while no region is active
-    visible: bool = True  # whether the plot has the area of what is visible
+    whole_curve: bool = False  # whether it has the whole image's curve without an active region
+    visible: bool = True  # whether the plot has the area of visibility
     measure: Measure = "signed"
     engine: EngineChoice = "automatic"  # automatic takes the exact engine where it is fast enough
     width: Annotated[float, Meta(ge=NARROWEST, le=WIDEST)] = EDIT_WIDTH  # of edits, in bins
     height: Annotated[float, Meta(ge=0.0, le=1.0)] = 0.05  # opacity of the predicted modes
-    locked: bool = False  # whether scales stay as they are
+    locked: bool = False  # whether scales are locked
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ class Band:
     low: float
     high: float
     kept: bool = False  # whether it stays when the mouse leaves
-    effect: bool = True  # whether an edit's effect is asked for, or what is visible
+    effect: bool = True  # whether the question is about an edit, not about visibility
 
     @property
     def values(self) -> tuple[float, float]:
@@ -156,7 +156,7 @@ class SensitivityState(QObject):
             self.changed.emit("regions")
 
     def remove_region(self) -> None:
-        """Remove the active region; the whole image is active afterwards."""
+        """Remove the active region; then the whole image is active."""
         if self.active is not None:
             regions = self.regions
             self.regions = regions[: self.active] + regions[self.active + 1 :]
@@ -198,7 +198,7 @@ class SensitivityState(QObject):
         self.finished.emit("band")
 
     def release(self) -> None:
-        """Show no field any more until a value is hovered over."""
+        """Hide the field until the mouse is over a value."""
         self._set_band(None)
 
     def pick(self, place: tuple[float, float] | None) -> None:
@@ -214,7 +214,7 @@ class SensitivityState(QObject):
         active: int | None = None,
         count: int = 0,
     ) -> None:
-        """Take another volume's regions; those before stay for a time step that has none."""
+        """Take another volume's regions; a time step without regions keeps the present ones."""
         before, self._series = self._series, series
         if regions or series != before:
             had_any, self.regions, self.count = bool(self.regions), regions, count

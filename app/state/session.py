@@ -1,4 +1,4 @@
-"""A session: all that brings a window's picture back, as a file (``.tfscope``)."""
+"""A session: everything that restores a window's picture, as a file (``.tfscope``)."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class SessionError(TfscopeError):
 
 @dataclass(frozen=True)
 class SessionContent:
-    """Content of a session but for files; the band is that of kept values."""
+    """Content of a session besides files; the band holds kept values."""
 
     memory: VolumeMemory = field(default_factory=VolumeMemory)
     settings: SessionSettings = field(default_factory=SessionSettings)
@@ -37,18 +37,18 @@ class SessionContent:
 
 @dataclass(frozen=True)
 class Session:
-    """All that a window shows."""
+    """Everything that a window shows."""
 
     volume: Path
     fingerprint: str  # of the volume
     content: SessionContent = field(default_factory=SessionContent)
     model: Path | None = None
-    wrong: tuple[str, ...] = ()  # names of what in the file was wrong, and is left out
+    wrong: tuple[str, ...] = ()  # names of wrong entries in the file, which are ignored
 
     def save(self, path: Path) -> None:
         """Write the file, whole or not at all; raise :class:`SessionError` if that fails.
 
-        It has paths relative to its folder, too, so that volume and session can move together.
+        It also has paths relative to its folder, so that volume and session can move together.
         """
         data = {
             "tfscope_session": VERSION,
@@ -63,9 +63,10 @@ class Session:
 
     @classmethod
     def load(cls, path: Path) -> Session:
-        """Read the file; volume and model are where they are found now.
+        """Read the file, and find volume and model.
 
         Raise :class:`SessionError` when it cannot be read, is no session, or of a newer version.
+
         """
         what = f"{path}: the session cannot be read"
         try:
@@ -95,7 +96,7 @@ class Session:
 
 def kept_mask(session: Path, memory: VolumeMemory) -> Path | None:
     """Return the mask's file next to that of a session with a memory; None without a mask."""
-    # Whatever the file says: of its own folder.
+    # Always in the session's own folder.
     return session.absolute().with_name(Path(memory.mask).name) if memory.mask else None
 
 
@@ -107,7 +108,7 @@ class _Place:
 
 
 def _written(place: Path, session: Path) -> dict[str, str]:
-    """Return where a file or folder is: itself, and seen from the session's folder."""
+    """Return the absolute path of a file or folder, and that relative to the session's folder."""
     place = place.absolute()
     try:
         beside = Path(os.path.relpath(place, session.absolute().parent)).as_posix()
@@ -118,11 +119,11 @@ def _written(place: Path, session: Path) -> dict[str, str]:
 
 
 def _found(written: _Place, session: Path) -> Path:
-    """Return where a file or folder is now, or where it was if it is nowhere."""
+    """Return the present path of a file or folder, or the old one if it is not found."""
     folder, place = session.absolute().parent, Path(written.path)
-    # Of a path of Windows, elsewhere, too.
+    # This also works for Windows paths on other systems.
     name = PureWindowsPath(written.path).name
-    # What has moved along with the session comes before what was left behind.
+    # Files that moved with the session come before those that stayed.
     places = [folder / written.beside] if written.beside else []
     places += [place, folder / place.name, folder / name]
     places += [each for each in shipped_volumes() if each.name == name]

@@ -17,7 +17,7 @@ from model.scene.transfer_function import Range, TransferFunction
 from model.scene.view import View
 
 ReferenceSize = Literal["generator"] | Annotated[int, Meta(ge=16, le=8192)] | None
-"""As many pixels as the generator's image, a number of pixels, or as many as the pane has."""
+"""The generator's number of pixels, a chosen number, or the pane's."""
 
 ThemeChoice = Literal["system", "dark", "light"]  # the window's colours: the system's, or others
 
@@ -58,7 +58,7 @@ class ImageSettings:
 
 @dataclass(frozen=True)
 class SessionSettings(ImageSettings):
-    """Settings that a session holds, too: how images are drawn, and what is shown over them."""
+    """Settings that a session also holds: how images are drawn, and the overlays."""
 
     legend: bool = False
     scale_bar: bool = False
@@ -73,9 +73,10 @@ class SessionSettings(ImageSettings):
 
 @dataclass(frozen=True)
 class Settings(SessionSettings):
-    """Everything that the window remembers, but for what belongs to one volume.
+    """Everything that the window remembers, except for what belongs to one volume.
 
     Recent files are absolute paths, the newest first.
+
     """
 
     trackball: bool = False
@@ -97,13 +98,13 @@ T = TypeVar("T")
 
 
 def part_of(settings: ImageSettings, kind: type[T]) -> T:
-    """Return those settings that a class of them, which is a base of theirs, has."""
+    """Return the settings that one of their base classes has."""
     names = [each.name for each in fields(kind)]  # type: ignore[arg-type]
     return kind(**{name: getattr(settings, name) for name in names})
 
 
 LightingChoice = Literal["auto"] | Lighting
-"""A lighting of the reference image, or the one that suits model and machine."""
+"""A lighting of the reference image; "auto" suits model and machine."""
 
 PlotScale = Literal["linear", "logarithmic"]
 
@@ -118,17 +119,18 @@ class LookOfB:
 
 @dataclass(frozen=True)
 class VolumeMemory:
-    """Memory of one volume; None or empty for what the user has not chosen.
+    """Memory of one volume; None or empty if the user has not chosen.
 
     A session holds it without path, models and seconds. The layout of a headerless file and the
     choice of a file of several volumes are as :meth:`RawLayout.parse` and :meth:`Choice.parse` read
     them.
+
     """
 
     path: str = ""
     models: tuple[str, ...] = ()  # folders of models that were opened with it, the newest first
     tf: TransferFunction | None = None
-    tf_b: TransferFunction | None = None  # that A's, `tf`, is compared with
+    tf_b: TransferFunction | None = None  # B's TF; A's is `tf`
     compares: bool = False  # whether B is shown
     look_b: LookOfB = field(default_factory=LookOfB)
     up_axis: Literal["", "+x", "-x", "+y", "-y", "+z", "-z"] = ""
@@ -139,10 +141,10 @@ class VolumeMemory:
     light: LightDirection | None = None
     brightness: Annotated[float, Meta(ge=0.25, le=32.0)] | None = None
     light_seconds: dict[Lighting, float] = field(default_factory=dict)
-    """Seconds of an image in lights on this machine, by which one is chosen automatically."""
+    """Seconds per image by light on this machine, for the automatic choice."""
     crop: CropBox | None = None
     clip: ClipPlane | None = None
-    interpolates: bool | None = None  # whether there are values between voxels
+    interpolates: bool | None = None  # whether values between voxels are interpolated
     draws_missing: bool = False
     mask: str = ""  # name of the mask's file, next to that of the memory or session; "" without one
     regions: tuple[NamedRegion, ...] = ()
@@ -151,4 +153,4 @@ class VolumeMemory:
     value_scale: PlotScale = "linear"
     opacity_scale: PlotScale = "linear"
     cross_hair: tuple[_Share, _Share, _Share] | None = None  # in the slices, along x, y and z
-    visible: Range | None = None  # scalar values in sight in the TF's plot
+    visible: Range | None = None  # visible scalar values of the TF's plot

@@ -1,4 +1,4 @@
-"""The view, and about which axis it turns."""
+"""The view, and the axis about which it turns."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ CUBE: Triple = (3**-0.5, 3**-0.5, 3**-0.5)  # proportions before a volume is ope
 
 
 class ViewNavigation(QObject):
-    """The view, with a home view, and the axis of the volume that points up."""
+    """The view, the home view, and the volume's axis that points up."""
 
     viewChanged = Signal(object)
     viewChangeFinished = Signal(object)
@@ -45,7 +45,7 @@ class ViewNavigation(QObject):
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self.view = self._home = HOME_VIEW
-        self.proportions = CUBE  # the volume's lengths along x, y and z, of its diagonal
+        self.proportions = CUBE  # the volume's lengths along x, y and z, relative to its diagonal
         self._shown, self._middle = WHOLE, _middle_of(WHOLE)
         self._reach = SQUARE
         self._home_angles: tuple[float, float] | None = None
@@ -61,7 +61,7 @@ class ViewNavigation(QObject):
 
     @property
     def home(self) -> View:
-        """Initial view of the volume, with all that its default TF shows in the image."""
+        """Initial view of the volume: everything that its default TF shows is in the image."""
         return replace(self._home, is_orthographic=self.view.is_orthographic)
 
     @property
@@ -78,12 +78,12 @@ class ViewNavigation(QObject):
         return _middle_of(WHOLE) if self._reach == SQUARE else self._middle
 
     def for_picture(self, view: View) -> View:
-        """Return a view with all that is shown in the middle of a square picture."""
+        """Return a view with everything that is shown in the middle of a square picture."""
         far = replace(view, distance=FARTHEST_HOME)
         return centred(far, self.proportions, self._shown)
 
     def turned(self, view: View) -> View:
-        """Return a view that was turned so that the pivot stays where it is in the image."""
+        """Return a turned view whose pivot stays in place in the image."""
         pivot, before = self.pivot, Projection(self.view, self.proportions)
         if before.depths(pivot[None])[0] < NEAREST_DEPTH:
             return view
@@ -117,7 +117,7 @@ class ViewNavigation(QObject):
         self.set_view(self.home)
 
     def set_orthographic(self, on: bool) -> None:
-        """Have parallel rays, or rays that meet in the eye; the volume's middle stays as large."""
+        """Switch to parallel rays, or to perspective; the volume's middle keeps its size."""
         self.set_view(replace(self.view, is_orthographic=on))
 
     def view_whole(self) -> None:
@@ -127,15 +127,15 @@ class ViewNavigation(QObject):
         self.set_view(replace(self.view, distance=distance, pan_x=0.0, pan_y=0.0))
 
     def look_from(self, name: str) -> None:
-        """Look from one of :data:`~model.scene.orientation.STANDARD_VIEWS`, at this distance."""
+        """Look from one of :data:`~model.scene.orientation.STANDARD_VIEWS`; keep the distance."""
         view = standard_view(name, self.view, self.up_axis, front=self.front_axis)
         self.set_view(holding(self.pivot, np.zeros(2), view, self.proportions))
 
     def set_reach(self, reach: Reach, follow: bool = False) -> None:
         """Set what the home view has to fit, see :data:`model.scene.region.Reach`.
 
-        A view that is the home view follows to the new one, if asked. Else the image shows the same
-        as before, and so does a region in it.
+        If asked, a view that is the home view becomes the new one. Otherwise the image, and a
+        region in it, show the same as before.
         """
         if reach != self._reach:
             self._reach = reach

@@ -25,12 +25,12 @@ from model.scene.transfer_function import ColorTF, OpacityTF, Range, TransferFun
 from model.scene.value_scale import ValueScale
 from model.scene.volume import FileFacts
 
-STEP_MS = 33  # between two steps of a drag: a mouse sends more than pictures can follow
+STEP_MS = 33  # between two steps of a drag: a mouse sends more than can be drawn
 INTERVAL_S = 0.12  # between two refreshes while something moves: plots take long to paint
 
 
 class Calm(QObject):
-    """Refreshes together all that asks for it, so that what they share is painted once."""
+    """Collects refreshes, so that shared parts are painted once."""
 
     def __init__(self, moves: Callable[[], bool], parent: QObject) -> None:
         super().__init__(parent)
@@ -40,11 +40,11 @@ class Calm(QObject):
         self._timer = Pause(self, 0, self.catch_up)
 
     def soon(self, refresh: Callable[[], object]) -> Callable[..., None]:
-        """Return a slot for signals that leads to a refresh."""
+        """Return a slot that requests a refresh."""
         return lambda *_: self.ask(refresh, refresh)
 
     def ask(self, name: Callable[..., object], refresh: Callable[[], object]) -> None:
-        """Ask for a refresh, in place of one of the same name that is still waiting."""
+        """Request a refresh, which replaces a waiting one of the same name."""
         self._waiting[name] = refresh
         if not self._moves():
             self.catch_up()
@@ -53,7 +53,7 @@ class Calm(QObject):
             self._timer.start(max(round(1000 * (INTERVAL_S - passed)), 0))
 
     def catch_up(self) -> None:
-        """Refresh all that waits, as nothing moves any more."""
+        """Do all waiting refreshes, because nothing moves any more."""
         waiting, self._waiting = self._waiting, {}
         self._timer.stop()
         self._refreshed = time.monotonic()
@@ -72,13 +72,13 @@ EMPTY_TF = TransferFunction(
 class ViewerState(ViewNavigation):
     """View, light, crop box, TF and brightness of both images.
 
-    Every edit but the view's, which is :class:`ViewNavigation`'s, can be undone. `edited` has all
-    inputs but view and TF, by their names in :class:`~model.scene.inputs.SceneInputs`.
+    Every edit can be undone, except changes of the view (:class:`ViewNavigation`). `edited` has all
+    other inputs than view and TF, by their names in :class:`~model.scene.inputs.SceneInputs`.
     """
 
     volumeStarting = Signal()  # emitted before another volume's TF replaces the present one
     inputsChanged = Signal()  # emitted with each of the changes of view, TF, light and crop box
-    inputsChangeFinished = Signal()  # emitted at the end of each: a final image follows
+    inputsChangeFinished = Signal()  # emitted at the end of each change: a final image follows
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -157,7 +157,7 @@ class ViewerState(ViewNavigation):
         return not self.file.is_labels if chosen is None else chosen
 
     def set_interpolates(self, interpolates: bool) -> None:
-        """Have values between voxels, or not: an edit that can be undone."""
+        """Interpolate between voxels, or not: an edit that can be undone."""
         is_usual = interpolates != self.file.is_labels
         self.interpolation_input.set(None if is_usual else interpolates)
 
@@ -166,12 +166,12 @@ class ViewerState(ViewNavigation):
         self.mask_input.set(None, "show all voxels")
 
     def label_name(self, value: float) -> str:
-        """Name of the label that a value is, to a rounding; empty for none."""
+        """Name of the label with a rounded value; empty for none."""
         names = (label.name for label in self.file.labels if isclose(label.value, value))
         return next(names, "")
 
     def value_text(self, value: float) -> str:
-        """Write a value to within a bin of the TF; a label whole, or by its name."""
+        """Write a value to within a bin of the TF; a label by its name, or as a whole number."""
         text = value_text(value, self.scalar_range, self.scale)
         return self.label_name(value) or (text if self.interpolates else f"{float(text):.9g}")
 
@@ -182,7 +182,7 @@ class ViewerState(ViewNavigation):
         return low if is_label else range_text(values, self.scalar_range, self.scale)
 
     def lit(self, engine: EngineName) -> Lit:
-        """Return whose light an engine's image of the pane with the focus has."""
+        """Return the owner of the light of an engine's image in the pane with the focus."""
         return "b" if engine == "exact" and self.tf_input.pane == "B" else engine
 
     @property
@@ -249,7 +249,7 @@ class ViewerState(ViewNavigation):
 
 class _EditedLight(EditedInput[LightDirection | None]):
     def _may_return(self, value: LightDirection | None) -> bool:
-        # An image that is unlit by now, or whose light is fixed, stays so.
+        # The light stays unlit or fixed if it is.
         return self.value is not None and value is not None
 
 

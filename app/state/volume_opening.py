@@ -1,4 +1,4 @@
-"""Opening of volumes, and of the open one over other ranges, in threads; the newest wish counts."""
+"""Opening of volumes, and of the open one over other ranges, in threads; the newest one wins."""
 
 from __future__ import annotations
 
@@ -35,22 +35,23 @@ PROGRESS_S = 0.2  # time between two reports of progress, in seconds
 
 @dataclass(frozen=True)
 class Wanted:
-    """Choices of how to read a volume, and how to show it at first."""
+    """Options of how to read a volume, and how to show it first."""
 
     raw: RawLayout | None = None  # layout of a file without a header; None for the one in its name
     choice: Choice | None = None  # of several volumes in a file; None for the largest
     is_remembered: bool = False
-    """Whether the choice is an old one, which gives way where the file no longer has it."""
-    scalar_range: RangeChoice | None = None  # None for its model's, its last one, or a robust one
+    """Whether the choice is remembered, so that it is dropped if the file has changed."""
+    scalar_range: RangeChoice | None = None  # None for the model's, the last, or a robust one
     scale: ValueScale | None = None
     model: Path | None = None
-    """Folder of the model to open with it; None for the open one, or one known to be of it."""
+    """Folder of the model to open with it; None for the open model, or a known one of the volume.
+    """
     memory: VolumeMemory | None = None
-    """A session's, which replaces what is kept of the volume; None to go on with that."""
+    """A session's memory, which replaces the volume's; None keeps that."""
 
 
 class Viewer(Protocol):
-    """Shows what was opened: the workspace."""
+    """Interface of the workspace, which shows what was opened."""
 
     def show(self, opened: OpenedVolume) -> None:
         """Show a volume that was read."""
@@ -66,7 +67,7 @@ class Viewer(Protocol):
 
 
 class VolumeOpening(QObject):
-    """Reads volumes, and computes what the open one is over another range."""
+    """Reads volumes, and prepares the open one over another range."""
 
     reading = Signal(str)  # emitted with the name of what is being read; empty when that has ended
     warned = Signal(str)  # emitted with a sentence about a volume that is shown nevertheless
@@ -89,7 +90,7 @@ class VolumeOpening(QObject):
         self._reading = LatestCall("volume", self, self._take, self._refuse, at_once=True)
         show = viewer.show_range, viewer.refuse
         self._ranging = LatestCall("range", self, *show, at_once=True)
-        self._stop = threading.Event()  # set when what is read is not wanted any more
+        self._stop = threading.Event()  # set when the volume being read is no longer wanted
         self._progressed.connect(self._say_progress)
         self._name = ""
         self.wanted = Wanted()
@@ -116,14 +117,14 @@ class VolumeOpening(QObject):
         self._reading.ask(partial(self._read, path, self.wanted, self._stop))
 
     def cancel(self) -> None:
-        """Give up reading a volume; the open one stays."""
+        """Cancel reading a volume; the open one stays."""
         if self.is_reading:
             self._stop.set()
             self._reading.forget()
             self._refuse(f"{self._name}: the reading was cancelled.")
 
     def follow_model(self) -> None:
-        """Show the volume that is read with the model that is open: it was asked for since."""
+        """Show the volume being read with the open model, which was chosen later."""
         self.wanted = replace(self.wanted, model=None)
         self._model_now = self._present_model()
 
@@ -133,7 +134,7 @@ class VolumeOpening(QObject):
         return _model_for(fingerprint, memory, self._present_model(), self._library)
 
     def follow(self, transfer_function: TransferFunction) -> None:
-        """Show the open volume over a TF's range and scale, where these were changed."""
+        """Show the open volume over a TF's range and scale, if these have changed."""
         self._ranging.forget()
         self.show_over(transfer_function.scalar_range, transfer_function.scale)
 
@@ -152,14 +153,14 @@ class VolumeOpening(QObject):
             self._ranging.ask(partial(opened.on_scale, scale))
 
     def draw_missing(self, drawn: bool) -> None:
-        """Draw the open volume's missing voxels, or leave them transparent, as at first."""
+        """Draw the open volume's missing voxels, or leave them transparent (the default)."""
         opened = self._model.opened
         if opened is not None and opened.has_missing and drawn != opened.volume.draws_missing:
             self._preferences.note_volume(opened.fingerprint, draws_missing=drawn)
             self._ranging.ask(partial(opened.drawing_missing, drawn))
 
     def abandon(self) -> None:
-        """Discard what is on its way."""
+        """Discard all running work."""
         self._stop.set()
         self._reading.forget()
         self._ranging.forget()
@@ -215,7 +216,7 @@ class VolumeOpening(QObject):
         memory: VolumeMemory,
         problems: tuple[str, ...],
     ) -> _Read:
-        """Compute what the window shows of a volume over the range that is wanted."""
+        """Compute a volume's derived data over the wanted range."""
         model = self._model_now
         again = partial(self._first_shown, path, volume, mask, wanted, memory, problems)
         try:
@@ -237,7 +238,7 @@ class VolumeOpening(QObject):
         self.reading.emit("")
         opened = read.opened
         self._ranging.forget()
-        # What other windows have kept of it since.
+        # Other windows may have changed its memory.
         damage = self._preferences.refresh(opened.fingerprint)
         self.volumeRead.emit(opened)
         for problem in filter(None, (*read.problems, damage)):
@@ -255,7 +256,7 @@ class VolumeOpening(QObject):
 
 @dataclass(frozen=True)
 class _ModelNow:
-    """The model that is wanted with a volume, the open one, and whether that fits the volume."""
+    """The wanted model of a volume, the open one, and whether that fits the volume."""
 
     wanted: Path | None = None
     folder: Path | None = None
@@ -265,7 +266,7 @@ class _ModelNow:
 
 @dataclass(frozen=True, eq=False)
 class _Read:
-    """A volume as it is shown first next to a model, and what went wrong on the way."""
+    """A volume as it is first shown next to a model, with warnings."""
 
     opened: OpenedVolume
     problems: tuple[str, ...]
@@ -274,7 +275,7 @@ class _Read:
 
 
 def _read(read_volume: Callable[..., Volume], path: Path, wanted: Wanted) -> tuple[Volume, str]:
-    """Read what was chosen, or the largest volume if an old choice is gone, which is said."""
+    """Read the chosen volume, or the largest with a warning if a remembered choice is gone."""
     options: dict[str, Any] = {} if wanted.raw is None else {"raw": wanted.raw}
     if wanted.choice is None:
         return read_volume(path, **options), ""
@@ -292,7 +293,7 @@ def _read(read_volume: Callable[..., Volume], path: Path, wanted: Wanted) -> tup
 def _first_range(
     volume: Volume, wanted: Wanted, memory: VolumeMemory, model: _ModelNow, library: Library
 ) -> Volume:
-    """Return a volume over the range and on the scale that are wanted, or remembered."""
+    """Return a volume over the wanted or remembered range and scale."""
     kept, fingerprint = memory.tf, volume.fingerprint
     if wanted.scale is not None and wanted.scale != volume.scale:
         volume = volume.on_scale(wanted.scale)
@@ -317,9 +318,10 @@ def _first_range(
 def _model_for(
     fingerprint: str, memory: VolumeMemory, model: _ModelNow, library: Library
 ) -> Path | None:
-    """Folder of the model to show with a volume: the one that was asked for, open or known.
+    """Folder of the model to show with a volume: the wanted, the open or a known one.
 
-    The open one gives way if it was of the volume before; one that waits for its own stays.
+    The open one is dropped if it belongs to the previous volume; one that waits for its volume
+    stays.
     """
     if model.wanted is not None:
         return model.wanted
@@ -332,6 +334,6 @@ def _model_for(
 
 
 def _replacing(kept: VolumeMemory, memory: VolumeMemory) -> VolumeMemory:
-    """Return a session's memory with what it does not say, and a TF where it has none."""
+    """Return a session's memory, completed by machine facts and a TF if it has none."""
     of_machine = replace(memory, models=kept.models, light_seconds=kept.light_seconds)
     return replace(of_machine, tf=memory.tf or kept.tf)

@@ -18,9 +18,9 @@ from model.volume_files.choice import Choice
 
 @dataclass(frozen=True)
 class WindowStart:
-    """Files, view and looks that the window starts with; None is what it would choose itself."""
+    """Files, view and looks that the window starts with; None leaves the choice to the window."""
 
-    volume: Path  # a session's, too
+    volume: Path  # also a session's
     model: Path | None = None
     tf: Path | None = None
     view: View | None = None

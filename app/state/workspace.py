@@ -57,7 +57,7 @@ class Viewing:
 class Workspace(QObject):
     """Opens volumes and models, and keeps the engines of both images up to date."""
 
-    volumeOpened = Signal(object)  # emitted when the engines draw a new volume, before it has a TF
+    volumeOpened = Signal(object)  # emitted when engines draw a new volume, before its TF is set
     volumeStarted = Signal()  # emitted when the TF of an opened volume is set
     rangeChanged = Signal(object)  # emitted with the :class:`OpenedVolume` over another range
     scaleChanged = Signal(object)  # emitted with the :class:`OpenedVolume` on another scale
@@ -91,7 +91,7 @@ class Workspace(QObject):
         )
         self.opened: OpenedVolume | None = None
         self.pieces = PieceFinder(state, asked, lambda: self._volume, self.news.emit, self)
-        self._kept = ""  # fingerprint of the volume of which is kept what is made of it
+        self._kept = ""  # fingerprint of the volume whose memory is kept
         self._is_restored = False
         self._connect()
 
@@ -117,7 +117,7 @@ class Workspace(QObject):
             *((channel.answered, self.sensitivity.follow_image) for channel in images),
             (reference.images_b.pendingChanged, lambda _is_pending: self._report_settled()),
             *((client.settled, self._report_settled) for client in self._images),
-            # A model that is loaded takes the processor from the first picture.
+            # Loading a model would take the processor from the first picture.
             (reference.images.answered, lambda _result: self.model.begin()),
             (reference.settled, self.model.begin),
         ]
@@ -126,7 +126,7 @@ class Workspace(QObject):
         self._share_patience(work.choices)
 
     def _share_patience(self, choices: ReferenceChoices) -> None:
-        """Have pictures of the map be as fast as the images are to be."""
+        """Give pictures of the map the same speed as the images."""
         self.latent.patience = STOPS[choices.stop].patience
 
     @property
@@ -144,12 +144,12 @@ class Workspace(QObject):
         """Load a generator in the background; None for no model."""
         scene = None if folder is None else self.library.scene_of(folder)
         self.model.open(folder, scene, held=self._reference_comes_first())
-        # Asked for later than what was to come with the volume that is read.
+        # This model was chosen later than the one of the volume being read.
         self.opening.follow_model()
         self._follow_scene()
 
     def fitted(self, transfer_function: TransferFunction) -> TransferFunction:
-        """Convert a TF of any origin to one that can be edited here."""
+        """Convert any TF to one that can be edited here."""
         if self.opened is None:
             same = transfer_function.on_scale(self._state.scale)
             return fit_to_range(same, self._state.scalar_range)
@@ -164,7 +164,7 @@ class Workspace(QObject):
         return fit_to_volume(transfer_function, self.opened.volume)
 
     def show_images(self, generator: bool, reference: bool, b: bool) -> None:
-        """Say which images are in sight; others are not drawn."""
+        """Set which images are visible; others are not drawn."""
         seen = zip(self._images, (generator, reference), strict=True)
         hidden = frozenset(client for client, shown in seen if not shown)
         missed = bool(self._scheduler.hidden - hidden) or (b and not self._scheduler.compares)
@@ -219,18 +219,18 @@ class Workspace(QObject):
         self.volumeOpened.emit(opened)
         self._preferences.note_opened(opened.fingerprint, opened.path)
         self._note_model()
-        # After the engines: it requests the images, which they then take up.
+        # After the engines are set: this requests the images.
         others, tf = vars(memory) | {"mask": opened.mask}, memory.tf
         tf_input, series = self._state.tf_input, before and before.volume.series
         if tf_input.compares and series == volume.series and memory.tf_b is None:
-            # B goes along to the next time step.
+            # The next time step keeps B.
             look = {"compares": True, "look_b": tf_input.look}
             others, tf = others | {"tf_b": tf_input.of("B")} | look, tf or tf_input.of("A")
         self._state.start_volume(opened.default, tf, others, volume.file)
         if wanted.memory is not None:
             self._keep_edits()
         if wanted.memory is not None or (memory.mask and opened.mask is None):
-            # A mask whose file is gone was warned of, which once is enough.
+            # A missing mask file was reported; once is enough.
             self.keep(mask=self._mask_name(opened.mask))
         self.volumeStarted.emit()
 
@@ -263,7 +263,7 @@ class Workspace(QObject):
             self._report_settled()
 
     def say_progress(self, text: str) -> None:
-        """Say what is being read: in the status line, and where there is no image yet."""
+        """Show what is being read: in the status line, and instead of a missing image."""
         if self.opened is None:
             self._clients.reference.wait(text)
         self.news.emit(text)
@@ -282,14 +282,14 @@ class Workspace(QObject):
         self._kept = opened.fingerprint
         self.keep(brightness=brightness.value)
         if opened.volume.file.is_labels and memory.interpolates is None:
-            # The same voxels are labels in a file that does not say so, too.
+            # The same voxels are labels even if this file does not say so.
             self.keep(interpolates=False)
         if asked.regions != memory.regions:
             self._keep_regions()
         return memory
 
     def _keep_edits(self) -> None:
-        """Keep the TF and what else was edited: after every edit, undo and redo."""
+        """Keep the TF and the other edited inputs after every edit, undo and redo."""
         state, designed = self._state, self.reference.designed_light or LightDirection()
         inputs = {**state.edited, "brightness": state.brightness}
         edited = {name: each.value for name, each in inputs.items() if each.is_edited}
@@ -305,7 +305,7 @@ class Workspace(QObject):
         self.keep(tf_b=tf_input.of("B"), compares=tf_input.compares, look_b=tf_input.look)
 
     def _mask_name(self, mask: Mask | None) -> str:
-        """Keep the open volume's mask; return what its memory says of it."""
+        """Keep the open volume's mask; return its name in the memory."""
         assert self.opened is not None
         return self._preferences.keep_mask(self._kept, mask, self.opened.volume)
 
@@ -333,13 +333,13 @@ class Workspace(QObject):
         self._note_model()
         scene, tf = self.model.volume_scene, self._state.transfer_function
         if self.model.draws_path:
-            # What draws now takes any range and scale.
+            # The present renderer takes any range and scale.
             scene = None
         is_alike = scene is not None and tf.scale == scene.scale
         if scene is not None and is_alike and tf.scalar_range != scene.scalar_range:
             self._state.tf_input.set(fit_to_range(tf, scene.scalar_range), "range of the model")
         elif scene is not None and not is_alike and self.opened is not None and self._is_untouched:
-            # As if the model had been there before the volume.
+            # As if the model had been open before the volume.
             self.opening.show_over(scene.scalar_range, scene.scale)
         self._scheduler.send()
 
@@ -368,7 +368,7 @@ class Workspace(QObject):
             None if scene is None else self.model.folder, learned_size, self.model.draws_codes
         )
         self._update_hint()
-        # Last, so that listeners find all of them changed.
+        # Last, so that listeners see all changes.
         self.modelChanged.emit()
 
     def _relight(self) -> None:
@@ -384,7 +384,7 @@ class Workspace(QObject):
         self.model.follow_light(self.reference.settings, self.reference.wanted)
         self._scheduler.generator_follows = self.model.draws_path
         if not self._reference_comes_first():
-            # It may have gone out of sight while it was to come.
+            # It may be hidden by now.
             self.model.begin()
 
     def _restart_questions(self) -> None:
@@ -401,7 +401,7 @@ class Workspace(QObject):
         self.hintChanged.emit(hint)
 
     def _reference_comes_first(self) -> bool:
-        """Whether the reference is about to show a picture, which a model would hold up."""
+        """Whether the reference is about to show a picture, which loading a model would delay."""
         if self._clients.reference in self._scheduler.hidden:
             return False
         is_drawn = self.opened is not None and not self._clients.reference.is_settled
@@ -413,7 +413,7 @@ class Workspace(QObject):
 
 
 def _scale_news(volume: Volume) -> str:
-    """Say on which scale a volume is, and what of it a logarithm leaves out."""
+    """Say on which scale a volume is, and which share has no logarithm."""
     if volume.scale == "linear":
         return "The scale is linear."
     share = share_without_logarithm(volume.linear.distribution)

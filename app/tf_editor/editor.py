@@ -1,4 +1,4 @@
-"""The TF editor: header, plots, the card at the handle; its place in the window, its memory."""
+"""The TF editor: header, plots, card of numbers, height in the window, and memory."""
 
 from __future__ import annotations
 
@@ -32,14 +32,14 @@ LEAST_HEIGHT, GREATEST_HEIGHT = 180, 460
 """Least width, and limits of its height unless it is dragged, in pixels."""
 
 UNLIMITED = 2**24 - 1  # Qt's largest height of a widget
-CAPTIONED_FROM = 1180  # width from which the card at a handle says what its numbers are, in pixels
+CAPTIONED_FROM = 1180  # width from which a handle's card labels its numbers, in pixels
 
 
 class TransferFunctionEditor(QFrame):
     """Edits a state's TF over a volume's histogram, at the bottom of the window."""
 
     resized = Signal()
-    folded = Signal(bool)  # when the plots go, so that only the header is left, or come again
+    folded = Signal(bool)  # when the plots are folded or unfolded
 
     def __init__(self, state: ViewerState, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -56,7 +56,7 @@ class TransferFunctionEditor(QFrame):
         self.card = ModeCard(self.area, self.moves, self.color)
         self.menu = TransferFunctionMenu(self.area, self.range, self.moves, self)
         self._add_button = IconButton("plus", "Add mode", "Insert")
-        self.pane_button = CaptionButton()  # names the one of A and B that is edited
+        self.pane_button = CaptionButton()  # names the edited one of A and B
         self.pane_button.hide()
         self._is_new = False
         self._range: Range | None = None  # scalar range of the last finished edit
@@ -82,7 +82,7 @@ class TransferFunctionEditor(QFrame):
         """Show the same volume on another scale."""
         self.set_data(data)
         if self._state.scale == data.scale:
-            # No TF follows: this one, of an undone edit, was there before.
+            # No TF follows: undo has restored this one.
             self._follow_tf(self._state.transfer_function)
 
     def _connect(self) -> None:
@@ -137,7 +137,7 @@ class TransferFunctionEditor(QFrame):
         self.card.refresh()
 
     def _follow_tf(self, tf: TransferFunction) -> None:
-        """Show the range of a new volume's TF, and say what is added, modes or points."""
+        """Show the range of a new volume's TF, and whether modes or points can be added."""
         if self._is_new:
             self._is_new = False
             self.range.show_range()
@@ -146,21 +146,21 @@ class TransferFunctionEditor(QFrame):
         self._add_button.setToolTip(f"{name} (Insert)")
 
     def _follow_range(self, tf: TransferFunction) -> None:
-        """Make the values of the TF fit on the axis, and bring a range into sight that is not."""
+        """Fit the axis to the TF's values, and show a range that is out of sight."""
         self.area.include(tf.scalar_range, tf.scale)
         is_new, self._range = self._range != tf.scalar_range, tf.scalar_range
-        # A range that is dragged has an end in sight.
+        # A range that is dragged has a visible end.
         places = self.area.axis.places(tf.scalar_range)
         if is_new and not np.any((places >= 0.0) & (places <= 1.0)):
             self.range.show_range()
 
     @property
     def is_folded(self) -> bool:
-        """Whether only the header is there."""
+        """Whether the plots are folded."""
         return self.area.widget.isHidden()
 
     def set_folded(self, folded: bool) -> None:
-        """Leave only the header, a strip of buttons, or show the plots again."""
+        """Fold the plots, so that only the header is left, or unfold them."""
         self.area.widget.setHidden(folded)
         self.setMinimumHeight(HEADER_HEIGHT if folded else LEAST_HEIGHT)
         self.setMaximumHeight(HEADER_HEIGHT if folded else UNLIMITED)
@@ -170,7 +170,7 @@ class TransferFunctionEditor(QFrame):
         header = QWidget()
         header.setFixedHeight(HEADER_HEIGHT)
         self.areas: list[QWidget] = [header, self.area.widget, self.card]
-        """Parts that keys go to one after the other."""
+        """Parts that the Tab key visits."""
         menu = self.menu
         self.header_controls: list[QWidget] = [
             self.pane_button, menu.presets_button, menu.colors_button, self._add_button,
@@ -186,13 +186,13 @@ class TransferFunctionEditor(QFrame):
         self.setMinimumHeight(LEAST_HEIGHT)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Fold what there is no room for."""
+        """Fold parts for which there is no room."""
         super().resizeEvent(event)
         self.card.is_short = self.menu.is_narrow = self.width() < CAPTIONED_FROM
         self.resized.emit()
 
     def minimumSizeHint(self) -> QSize:
-        """Return the size from which on all has room, once it is folded."""
+        """Return the minimum size with folded parts."""
         return super().minimumSizeHint().boundedTo(QSize(LEAST_WIDTH, LEAST_HEIGHT))
 
     def sizeHint(self) -> QSize:
@@ -200,7 +200,7 @@ class TransferFunctionEditor(QFrame):
         return QSize(CAPTIONED_FROM, LEAST_HEIGHT)
 
     def _click(self, event: Any) -> None:
-        """Take a click in one of the plots; handles keep their own clicks."""
+        """Handle a click in one of the plots; handles keep their own clicks."""
         at: QPointF = event.scenePos()
         area, left = self.area, event.button() == Qt.MouseButton.LeftButton
         if area.opacity.sceneBoundingRect().contains(at):
@@ -222,7 +222,7 @@ class TransferFunctionEditor(QFrame):
 SHARE, SMALL_SHARE = 0.35, 0.25
 """Height of the editor, as a part of the window's and of a small one's, unless it is dragged."""
 
-SMALL_BELOW = 800  # height of a window that is not small, in pixels: below are those of laptops
+SMALL_BELOW = 800  # height of a window that is not small, in pixels; laptops are below
 HANDLE = 1  # height of the dragged line, in pixels: the mouse has 5
 
 
@@ -234,7 +234,7 @@ class DockSplitter(QSplitter):
     def __init__(self, images: QWidget, editor: TransferFunctionEditor) -> None:
         super().__init__(Qt.Orientation.Vertical)
         self.share: float | None = None
-        """Part of the window's height that the editor is dragged to; None for the usual one."""
+        """Share of the window's height after a drag; None for the usual one."""
         self.setHandleWidth(HANDLE)
         self.setChildrenCollapsible(False)
         self._editor = editor
@@ -251,7 +251,7 @@ class DockSplitter(QSplitter):
         self.splitterMoved.connect(lambda *_: self._note())
 
     def eventFilter(self, _watched: QObject, event: QEvent) -> bool:
-        """Bring the usual height back by a double click on the line."""
+        """Restore the usual height on a double click on the line."""
         if event.type() == QEvent.Type.MouseButtonDblClick:
             self.reset()
         return False
@@ -298,7 +298,7 @@ class PlotMemory(QObject):
         area.axisChanged.connect(self._note)
 
     def start(self, opened: OpenedVolume) -> None:
-        """Take another volume's scales, before it is shown; the next time step keeps them."""
+        """Take another volume's scales before it is shown; the next time step keeps them."""
         self._fingerprint, self._opening = "", opened.fingerprint
         before, self._series = self._series, opened.volume.series
         known = self._preferences.volume(opened.fingerprint)
@@ -309,7 +309,7 @@ class PlotMemory(QObject):
         self._area.set_axis(ScalarAxis.over(full, is_logarithmic, opened.volume.scale))
 
     def settle(self) -> None:
-        """Bring the values into sight that were seen last, once the volume is shown."""
+        """Show the values that were last visible, once the volume is shown."""
         visible = self._preferences.volume(self._opening).visible
         if visible is not None and visible[0] < visible[1]:
             self._area.set_axis(self._area.axis.showing(visible))

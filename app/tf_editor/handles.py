@@ -1,4 +1,4 @@
-"""Handles of a TF: how they look, which are selected, how they are moved, added and removed."""
+"""Handles of a TF: their look, selection, moving, adding and removing."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ _ADDING = Qt.KeyboardModifier.ShiftModifier | Qt.KeyboardModifier.ControlModifie
 
 
 class DragHandle(QGraphicsObject):
-    """A draggable mark of constant size in pixels, placed in the plot's coordinates."""
+    """A draggable mark of constant size in pixels, at a place in the plot."""
 
     is_hovered = Painted(False)
 
@@ -49,7 +49,7 @@ class DragHandle(QGraphicsObject):
     ) -> None:
         super().__init__()
         self.setFlag(QGraphicsItem.GraphicsItemFlag.ItemIgnoresTransformations)
-        # While one of them is dragged, the others are only copied.
+        # While one is dragged, the others are painted from a cache.
         self.setCacheMode(QGraphicsItem.CacheMode.DeviceCoordinateCache)
         self.setAcceptHoverEvents(True)
         self.setCursor(Qt.CursorShape.PointingHandCursor)
@@ -112,7 +112,7 @@ class DragHandle(QGraphicsObject):
         event.accept()
 
     def mouseMoveEvent(self, event: QGraphicsSceneMouseEvent) -> None:
-        """Say where the mark is dragged to, now or after a pause since it was said last."""
+        """Emit where the mark is dragged to, now or after a pause since the last time."""
         if self._grip is not None:
             self._wanted = self._plot_position(event) + self._grip
             if not self._pause.isActive():
@@ -144,7 +144,7 @@ class DragHandle(QGraphicsObject):
         self.is_hovered = False
 
     def rest(self) -> None:
-        """Leave out the step that waits: the edit has ended."""
+        """Drop the waiting step: the edit has ended."""
         self._wanted = None
         self._pause.stop()
 
@@ -165,8 +165,8 @@ KINDS: tuple[Kind, Kind] = "opacity", "color"
 class Selection(QObject):
     """Holds which handles, all of one kind, are selected, and emits `changed`.
 
-    The one selected last is the current one, whose numbers are shown; if keys act on its left or
-    right flank, that is 0 or 1.
+    The last selected one is current: its numbers are shown. If keys act on its left or right flank,
+    the flank is 0 or 1.
     """
 
     changed = Signal()
@@ -178,7 +178,7 @@ class Selection(QObject):
         self.flank: int | None = None
         self._known: tuple[object, ...] = ()
         self._before: tuple[Kind, tuple[int, ...]] | None = None
-        """Selection from before a handle was added."""
+        """Selection before a handle was added."""
 
     @property
     def current(self) -> int | None:
@@ -209,7 +209,7 @@ class Selection(QObject):
         self.select(self.kind)
 
     def fit(self, transfer_function: TransferFunction) -> None:
-        """Take away handles that no longer exist; select one that was added to the others."""
+        """Remove handles that no longer exist; select one that was added."""
         opacity, color = transfer_function.opacity, transfer_function.color
         handles: tuple[object, ...] = opacity.points or opacity.modes
         known, self._known = self._known, handles
@@ -262,7 +262,7 @@ class HandleMoves:
         self._start = self.tf
 
     def drag(self, kind: Kind, index: int, value: float, height: float = 0.0) -> None:
-        """Preview the selected handles moved as one of them is, to a value and an opacity."""
+        """Preview moving all selected handles along with one of them, to a value and an opacity."""
         start = self._start
         if start is None or index not in self.selection.indices(kind):
             return
@@ -287,7 +287,7 @@ class HandleMoves:
             self.state.tf_input.set(after, "nudge", f"nudge {kind} {indices}")
 
     def set_opacity(self, opacity: OpacityTF, text: str, merges: str | None = None) -> None:
-        """Replace the opacity TF; edits in a row that merge under one name are one undo step."""
+        """Replace the opacity TF; consecutive edits with one merge name are one undo step."""
         self.state.tf_input.set(replace(self.tf, opacity=opacity), text, merges)
 
     def add_opacity(self, value: float, height: float) -> None:
@@ -330,7 +330,7 @@ class HandleMoves:
             self.selection.select("opacity", max(range(len(handles)), key=lambda i: handles[i][1]))
 
     def with_opacity(self, before: TransferFunction, opacity: OpacityTF) -> TransferFunction:
-        """Return a TF with its modes moved, and with their colours where these follow."""
+        """Return a TF with moved modes and, if wanted, their colour stops."""
         if self.colors_follow:
             return edits.follow_modes(before, opacity)
         return replace(before, opacity=opacity)

@@ -18,21 +18,21 @@ from app.tf_editor.unit_axis import ScalarAxis
 from model.scene.transfer_function import Range
 from model.scene.value_scale import ValueScale, values_at
 
-_BEYOND = 0.015  # of the plot that outermost bins reach: whole numbers' do, by half of one
+_BEYOND = 0.015  # part of the plot by which outermost bins reach beyond it
 _WIDEST_GAP = 8  # largest distance, in bins, between two teeth of a comb
 _COMB = 0.1  # least share of empty bins in narrow gaps that makes a histogram a comb
 
 
-_OVERHANG = 0.05  # of a pen beyond its curve, in widths of a plot and own heights
+_OVERHANG = 0.05  # margin of a pen beyond its curve, in widths of a plot and own heights
 
 
-_STRAIGHT = 1e-11  # bend of a line up to which a point is left out, as a share of its height
+_STRAIGHT = 1e-11  # bend of a line below which a point is dropped, as a share of its height
 
 
 class Curve(QGraphicsItem):
     """A line in a plot, with the area below it if it has a brush.
 
-    Painted with each picture of a drag, it takes an eighth of the time of pyqtgraph's.
+    It is painted with each picture of a drag, in an eighth of pyqtgraph's time.
     """
 
     pen = Painted(QPen(Qt.PenStyle.NoPen))
@@ -68,7 +68,7 @@ class Curve(QGraphicsItem):
         return self._box
 
     def shape(self) -> QPainterPath:
-        """Return no area, as the mouse is not the curve's."""
+        """Return an empty area, so that the curve takes no mouse events."""
         return QPainterPath()
 
     def paint(
@@ -98,7 +98,7 @@ class HistogramLayer:
         self.curve.brush = QBrush(QColor(theme.VOXELS))
 
     def said_at(self, value: float, scale: ValueScale) -> str:
-        """Return the number of voxels in the bin of a value, in words; empty outside of all."""
+        """Return the number of voxels in the bin of a value, in words; empty outside all bins."""
         index = int(np.searchsorted(self.edges, value, side="right")) - 1
         if not 0 <= index < len(self.counts):
             return ""
@@ -129,15 +129,15 @@ class HistogramLayer:
 def without_comb(counts: NDArray[np.int64]) -> NDArray[np.float64]:
     """Close the gaps of a histogram that is a comb; other counts (bins,) stay.
 
-    Data that were stretched to a wider range leave out some whole numbers. A tooth is spread over
-    half of the gap on either side, so that the shape is seen.
+    Data stretched to a wider range skip some whole numbers. Each tooth is spread over half of the
+    gaps next to it, so that the shape is visible.
     """
     teeth = np.flatnonzero(counts)
     gaps = np.diff(teeth)
     narrow = gaps <= _WIDEST_GAP
     if (gaps[narrow] - 1).sum() < _COMB * len(counts):
         return counts.astype(np.float64)
-    # What lies beyond a wide gap does not belong to the comb, and keeps its height.
+    # Bins beyond a wide gap do not belong to the comb, and keep their heights.
     gaps = np.where(narrow, gaps, 1)
     shares = (np.concatenate([[1], gaps]) + np.concatenate([gaps, [1]])) / 2
     drawn = np.interp(np.arange(len(counts)), teeth, counts[teeth] / shares, left=0.0, right=0.0)
@@ -151,8 +151,8 @@ def percentile_range(
 ) -> Range:
     """Return the values between two percentiles, in percent, of a histogram.
 
-    They go from the lower edge of the bin with the lower percentile to the upper edge of that
-    with the upper one: within a bin, nothing is known.
+    They are the lower edge of the lower percentile's bin and the upper edge of the upper one's,
+    because nothing is known within a bin.
     """
     shares = np.cumsum(counts) / max(int(counts.sum()), 1)
     first = int(np.searchsorted(shares, lower / 100, side="right"))

@@ -1,4 +1,4 @@
-"""The numbers of the selected handle, near it in the plot."""
+"""The card with the numbers of the selected handle, near it in the plot."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ HEIGHT = 28
 GAP = 18  # distance from the handle, in pixels
 ROOM = 3  # least distance from the plot's edges and from flags, in pixels
 STEP, REACH, DOWN = 12, 300, 4
-"""Distance between places to the side that are tried, and of the farthest; between heights."""
+"""Distance between tried positions to the side, the farthest, and distance between heights."""
 
-OWN = 9  # half the side of the square that the card's own handle takes, in pixels
-CURVE_PLACES = 129  # places of the opacity curve that the card keeps off
-PIN_GAP = 8  # distance to the side of a pin: it lies below the card, too
+OWN = 9  # half the side of the square that the card keeps free around its handle, in pixels
+CURVE_PLACES = 129  # points of the opacity curve that the card avoids
+PIN_GAP = 8  # distance to the side of a colour pin, which is also below the card
 FIELDS = "value", "width", "opacity"
 VALUE_MEANING = "Scalar value (F2)"
 
@@ -40,7 +40,7 @@ OPACITY_MEANING = "Light lost over one voxel length: 0 is transparent, 1 is opaq
 
 
 class ModeCard(QFrame):
-    """Value, width, opacity and colour of the selected handle, to be read and typed."""
+    """Value, width, opacity and colour of the selected handle, which can be typed."""
 
     is_short = Painted(False, "refresh")  # without captions
 
@@ -48,10 +48,10 @@ class ModeCard(QFrame):
         super().__init__(area.widget.viewport())
         self._area, self._moves = area, moves
         self._state, self._selection = moves.state, moves.selection
-        self.heading = ""  # what is selected, in words
+        self.heading = ""  # the selected handle, in words
         self.setProperty("role", "mode card")
         self.setFixedHeight(HEIGHT)
-        # Between its fields, the mouse is not the plot's.
+        # The mouse between its fields does not reach the plot.
         self.setCursor(Qt.CursorShape.ArrowCursor)
         self.setAttribute(Qt.WidgetAttribute.WA_NoMousePropagation)
         self.value, self.width_box, self.height_box = self.fields = tuple(
@@ -88,7 +88,7 @@ class ModeCard(QFrame):
         row.addWidget(self.remove_button)
 
     def edit(self) -> None:
-        """Take the keys: the value is typed next."""
+        """Take the focus, so that the value can be typed."""
         self.refresh()
         if self.isVisible():
             box = next(box for box in (*self.fields, self) if box.isEnabled())
@@ -96,7 +96,7 @@ class ModeCard(QFrame):
             self.value.selectAll()
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Give the keys back to the plot by Escape."""
+        """Return the focus to the plot on Escape."""
         if event.key() == Qt.Key.Key_Escape:
             self._area.widget.setFocus(Qt.FocusReason.OtherFocusReason)
         else:
@@ -174,16 +174,16 @@ class ModeCard(QFrame):
             box.setVisible(box in shown)
             self._captions[box].setVisible(box in shown and not self.is_short)
             typed = box.lineEdit().text()
-            # As wide as what stands there, and what is typed there next.
+            # As wide as the present and the next number.
             width = box.fontMetrics().horizontalAdvance(f"{typed}0") + 14
             box.setFixedWidth(max(width, 30))
 
     def _handle_at(self) -> QPoint | None:
-        """Place of the selected handle, in pixels of the plots; None if it is out of sight."""
+        """Place of the selected handle, in pixels of the plots; None if it is not visible."""
         area, tf = self._area, self._state.transfer_function
         index, stop = self._selection.index("opacity"), self._selection.index("color")
         handles = edits.opacity_handles(tf.opacity)
-        # While another TF arrives, the plot may know it before the selection does.
+        # While another TF arrives, the plot may have it before the selection is updated.
         if index is not None and index < len(handles):
             value, opacity = handles[index]
             low, high = tf.scalar_range
@@ -208,7 +208,7 @@ class ModeCard(QFrame):
         return [QRect(round(x) - 2, round(y) - 2, 4, 4) for x, y in zip(xs, ys, strict=True)]
 
     def place(self) -> None:
-        """Go to where the handle is, or hide."""
+        """Move to the handle, or hide."""
         at = self._handle_at()
         if at is None or self._area.readout:
             self.hide()
@@ -228,7 +228,7 @@ class ModeCard(QFrame):
         self.raise_()
 
     def _typed(self, what: str, number: float) -> None:
-        """Take a number that is typed for the selected handle: one undo step."""
+        """Apply a typed number to the selected handle: one undo step."""
         tf, index, stop = self._moves.tf, *map(self._selection.index, KINDS)
         if index is not None:
             value, height = edits.opacity_handles(tf.opacity)[index]
