@@ -1,8 +1,8 @@
-"""The window's colours, dark and light, and its style sheet.
+"""The window's dark and light colours, and its style sheet.
 
-A role in capitals, such as `TEXT`, is its colour in the theme that is in use: take it when you
-paint, and renew a pen that you keep on `QEvent.PaletteChange`. What lies over an image is dark in
-both themes, and takes its colours from :data:`ON_IMAGE`.
+A role in capitals, such as `TEXT`, is its colour in the current theme: look it up when painting,
+and renew stored pens on `QEvent.PaletteChange`. Widgets over an image are dark in both themes and
+use :data:`ON_IMAGE`.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ from app.state.settings import ThemeChoice
 class Colors:
     """Colours of one theme by their roles, as "#rrggbb".
 
-    One colour has one meaning: `visible` is what is seen now, `change` what an edit would change
-    (and the accent of controls), `attention` what is elsewhere, or is to be noticed.
+    Each colour has one meaning: `visible` is what is seen now, `change` what an edit would change
+    (and the accent of controls), `attention` what needs notice or is elsewhere.
     """
 
     window: str
@@ -67,13 +67,13 @@ DARK, LIGHT = (
     for column in zip(*_COLORS.values(), strict=True)
 )
 
-ON_IMAGE = DARK  # colours of what lies over an image, which is black in both themes
+ON_IMAGE = DARK  # colours over an image, which is black in both themes
 
 STYLE = Path(__file__).parent.parent / "resources" / "window.qss"
 
 CANVAS = "#000000"
 
-TEXT_PIXELS, SMALL_PIXELS = 13, 12  # height of text, and of captions, chips and the status line
+TEXT_PIXELS, SMALL_PIXELS = 13, 12  # height of text; that of captions, chips and the status line
 
 _used = DARK
 
@@ -85,12 +85,12 @@ def __getattr__(name: str) -> str:
 
 
 def present() -> Colors:
-    """Return the colours of the theme that is in use."""
+    """Return the colours of the current theme."""
     return _used
 
 
 def apply_theme(application: QApplication, wanted: ThemeChoice = "system") -> None:
-    """Apply a theme to an application; the system's is dark where the system does not say."""
+    """Apply a theme to an application; the system's is dark if it is unknown."""
     scheme = application.styleHints().colorScheme()
     is_light = wanted == "light" or (wanted == "system" and scheme is Qt.ColorScheme.Light)
     global _used

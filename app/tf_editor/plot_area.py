@@ -36,19 +36,19 @@ LEFT_MARGIN, RIGHT_MARGIN, TOP_MARGIN = 36, 54, 8
 STRIP_HEIGHT, PINS_HEIGHT, LABELS_HEIGHT = 14, 14, 20
 """Heights of the colours, of their pins below, and of the numbers, in pixels."""
 
-PIN_PLACE = -0.5 * PINS_HEIGHT / STRIP_HEIGHT  # in heights of the strip from its lower edge
-ZOOM_STEP = 1.25  # factor of the visible interval by one step of the wheel
+PIN_PLACE = -0.5 * PINS_HEIGHT / STRIP_HEIGHT  # height above the strip, in its heights
+ZOOM_STEP = 1.25  # by which a step of the wheel scales the visible interval
 GAP = 18  # pixels between a point and the numbers of its drag
 HEADROOM = 16  # pixels above the opacity 1, for flags and the grips of the range
 Side = Literal["left", "bottom", "right"]
 
-LABEL_PIXELS = 11  # height of the numbers' type
+LABEL_PIXELS = 11  # height of the numbers' font
 LABEL_GAP = 7  # pixels between a number and the plot at its side
 APART = 14  # least distance of two numbers from one another, in pixels
-NEAR_GAP = 8  # pixels between the plot and a number at its right, where little room is left
+NEAR_GAP = 8  # pixels between the plot and a number at its right, where room is short
 OVERHANG = 44  # pixels by which numbers at the ends may reach beyond the plot
 
-# Its own events of a hovering mouse, which nothing here takes, cost as much as a drag.
+# Nothing here uses its hover events, which cost as much as a drag.
 pg.setConfigOption("mouseRateLimit", 5)
 
 
@@ -56,7 +56,7 @@ pg.setConfigOption("mouseRateLimit", 5)
 class PlotData:
     """A volume's histogram: counts (bins,) between increasing edges (bins + 1,), with its unit.
 
-    The range has the smallest and the largest voxel; edges and range are on the scale.
+    The range is that of the voxels; edges and range are on the scale.
     """
 
     counts: NDArray[np.int64]
@@ -75,14 +75,14 @@ class PlotArea(QObject):
     and the ground behind both, with the opacities' scale: for areas, over which lines are seen.
     """
 
-    axisChanged = Signal()  # when other values are visible, or a scale is another
-    heightChanged = Signal()  # when the opacity plot has another size
+    axisChanged = Signal()  # when the visible values or a scale change
+    heightChanged = Signal()  # when the opacity plot is resized
     flagsMoved = Signal()  # emitted when widgets over the plot move, or a drag's numbers
-    recolored = Signal()  # when the colours are those of another theme
+    recolored = Signal()  # when the theme changes
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self.axis = ScalarAxis.over((0.0, 1.0))  # scalar values and places in the plots
+        self.axis = ScalarAxis.over((0.0, 1.0))  # scalar values and positions in the plots
         self.scale = OpacityScale()  # opacities and heights in the opacity plot
         self.data_range: Range = (0.0, 1.0)
         self._drawn: dict[Curve, tuple[NDArray[np.floating], Range, bool]] = {}
@@ -132,7 +132,7 @@ class PlotArea(QObject):
         return QRect(*map(self.widget.mapFromScene, (box.topLeft(), box.bottomRight())))
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Take the colours of another theme, and say how many voxels a bar stands for."""
+        """Take the colours of another theme, and set the tooltip with the voxels of a bar."""
         kind = event.type()
         if kind == QEvent.Type.PaletteChange and watched is self.widget:
             self._recolor()
@@ -162,7 +162,7 @@ class PlotArea(QObject):
         return self.histogram.said_at(self.axis.value(place), self.axis.labels)
 
     def pixel(self, plot: Any, place: float, height: float) -> QPoint:
-        """Return where a place of one of the plots is, in pixels of the widget."""
+        """Return where a point of one of the plots is, in pixels of the widget."""
         at = self.widget.mapFromScene(plot.mapViewToScene(QPointF(place, height)))
         return QPoint(at.x(), at.y())
 
@@ -206,7 +206,7 @@ class PlotArea(QObject):
         return [card.geometry() for card in cards if card.isVisible()]
 
     def add_flag(self, flag: QWidget) -> None:
-        """Put a widget over the plot, which nothing else shall cover."""
+        """Put a widget over the plot that nothing else may cover."""
         flag.setParent(self.widget.viewport())
         self.flags.append(flag)
 
@@ -219,7 +219,7 @@ class PlotArea(QObject):
         self.recolored.emit()
 
     def _fit_heights(self) -> None:
-        """Let opacities reach from the strip to below the headroom, and the rest with them."""
+        """Fit the opacities between the strip and the headroom, and the rest with them."""
         for view in (self.opacity, self.back):
             view.setYRange(0.0, 1.0 + self.headroom, padding=0)
         for view in (self.second, self.back):
@@ -262,7 +262,7 @@ class PlotArea(QObject):
         self.axisChanged.emit()
 
     def set_scale(self, scale: OpacityScale) -> None:
-        """Spread the opacities over the plot in another way."""
+        """Set the scale of the opacities."""
         self.scale = scale
         self._label_opacities()
         for item in self._drawn:
@@ -270,7 +270,7 @@ class PlotArea(QObject):
         self.axisChanged.emit()
 
     def include(self, scalar_range: Range, scale: ValueScale) -> None:
-        """Let a TF's range be made visible, as well as the volume's values on the same scale."""
+        """Let the axis show a TF's range, too, beyond the volume's values on the same scale."""
         if scale != self.axis.labels:
             return
         lo = min(self.data_range[0], scalar_range[0])
@@ -305,7 +305,7 @@ class PlotArea(QObject):
         item.draw(places, self.scale.heights(heights) if are_opacities else heights)
 
     def zoom(self, steps: float, place: float = 0.5) -> None:
-        """Zoom in by a number of steps, out by a negative one, around a place of the plots."""
+        """Zoom in by a number of steps, or out by a negative one, around a point of the plots."""
         self.set_axis(self.axis.zoomed(ZOOM_STEP**steps, min(max(place, 0.0), 1.0)))
 
     def show_all(self) -> None:
@@ -337,7 +337,7 @@ class PlotArea(QObject):
             self.flagsMoved.emit()
 
     def pop_up(self, point: QPoint, *entries: tuple[str, Callable[[], object], bool]) -> None:
-        """Open a menu at a point of the screen: texts, what they do, and whether they can."""
+        """Open a menu at a point of the screen: texts, actions, and whether each is enabled."""
         menu = QMenu(self.widget)
         for text, call, enabled in entries:
             add_action(menu, text, call).setEnabled(enabled)
@@ -353,7 +353,7 @@ def label_font() -> QFont:
 
 
 class PlotLabels(QGraphicsWidget):
-    """Numbers along one side of a plot, each at its place."""
+    """Numbers along one side of a plot, each at its position."""
 
     def __init__(self, side: Side) -> None:
         super().__init__()
@@ -361,10 +361,10 @@ class PlotLabels(QGraphicsWidget):
         self._side = side
         self._color = QColor()
         self.labels: tuple[tuple[float, str], ...] = ()
-        """Places along the side, from 0 at the left or bottom to 1, and numbers."""
+        """Positions along the side, from 0 at the left or bottom to 1, and numbers."""
 
     def set_labels(self, labels: list[tuple[float, str]], color: str) -> None:
-        """Show other numbers, or in another colour."""
+        """Set the numbers and their colour."""
         self.labels, self._color = tuple(labels), QColor(color)
         self.update()
 
@@ -373,10 +373,10 @@ class PlotLabels(QGraphicsWidget):
         return QRectF(QPointF(), QSizeF(self.size())).adjusted(-OVERHANG, -8, OVERHANG, 8)
 
     def boxes(self) -> list[tuple[QRectF, str]]:
-        """Return where the numbers stand, in the item's pixels: those that overlap none before."""
+        """Return where the numbers are, in the item's pixels, without those that would overlap."""
         metrics = QFontMetricsF(label_font())
         found: list[tuple[QRectF, str]] = []
-        # Those at the ends first: they say what is shown.
+        # Those at the ends first: they give the visible interval.
         ends = self.labels[:1] + self.labels[-1:]
         for place, text in (*ends, *self.labels[1:-1]):
             box = self._box(place, metrics.horizontalAdvance(text), metrics.height())
@@ -387,7 +387,7 @@ class PlotLabels(QGraphicsWidget):
     def paint(
         self, painter: QPainter, _option: QStyleOptionGraphicsItem, _widget: QWidget | None = None
     ) -> None:
-        """Write the numbers."""
+        """Paint the numbers."""
         painter.setFont(label_font())
         painter.setPen(self._color)
         for box, text in self.boxes():
@@ -396,7 +396,7 @@ class PlotLabels(QGraphicsWidget):
     def _box(self, place: float, width: float, height: float) -> QRectF:
         size = self.size()
         if self._side == "bottom":
-            # The unit makes the last one long: it ends where the window does.
+            # The unit makes the last one long: it ends at the window's edge.
             farthest = size.width() + OVERHANG - LABEL_GAP - width
             return QRectF(min(place * size.width() - width / 2, farthest), 2, width, height)
         y = (1.0 - place) * size.height() - height / 2
@@ -405,7 +405,7 @@ class PlotLabels(QGraphicsWidget):
 
 
 def _view_behind(opacity: Any, steps: int) -> Any:
-    """Return a plot at the opacity plot's place, behind it."""
+    """Return a plot of the opacity plot's position and size, behind it."""
     view = pg.ViewBox(enableMouse=False, enableMenu=False, defaultPadding=0)
     view.disableAutoRange()
     view.setAcceptedMouseButtons(Qt.MouseButton.NoButton)

@@ -1,4 +1,4 @@
-"""Mouse and keys on the plots: zoom, pan, a frame that selects, and keys for all handles."""
+"""Mouse and keys on the plots: zoom, pan, frame selection, and keys for all handles."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from model.scene import tf_editing as edits
 
 
 class PlotGestures(QObject):
-    """Zooms the axis by Ctrl and the wheel, pans it by the middle button, selects with Shift."""
+    """Zooms the axis with Ctrl and wheel, pans it with the middle button, selects with Shift."""
 
     def __init__(
         self, area: PlotArea, opacity: OpacityLayer, color: ColorLayer, selection: Selection
@@ -33,7 +33,7 @@ class PlotGestures(QObject):
         viewport.installEventFilter(self)
 
     def eventFilter(self, _watched: QObject, event: QEvent) -> bool:
-        """Take the gestures' events; pass on all others."""
+        """Handle the gestures' events; pass on all others."""
         kind = event.type()
         if kind == QEvent.Type.Wheel:
             return self._zoom(cast(QWheelEvent, event))
@@ -112,7 +112,7 @@ NEW_HEIGHT = 0.3  # opacity of a mode or point added without the mouse
 
 
 class EditorKeys(QObject):
-    """Binds keys that reach, move, add and remove every handle."""
+    """Binds the keys that select, move, add and remove handles."""
 
     def __init__(self, area: PlotArea, moves: HandleMoves, color: ColorLayer) -> None:
         super().__init__(area)
@@ -141,7 +141,7 @@ class EditorKeys(QObject):
         area.widget.installEventFilter(self)
 
     def eventFilter(self, _watched: QObject, event: QEvent) -> bool:
-        """Take the keys before the window's shortcuts and before Tab leaves."""
+        """Take the keys before the window's shortcuts and before Tab leaves the plots."""
         kind = event.type()
         if kind not in (QEvent.Type.ShortcutOverride, QEvent.Type.KeyPress):
             return False
@@ -153,11 +153,11 @@ class EditorKeys(QObject):
         event.accept()
         if kind == QEvent.Type.KeyPress:
             slot()
-        # Escape also ends what else is under way in the window.
+        # Escape also ends other actions in the window.
         return pressed.key() != Qt.Key.Key_Escape
 
     def add_in_the_middle(self) -> None:
-        """Add a mode or point in the middle of the part of the TF that is visible."""
+        """Add a mode or point in the middle of the TF's visible part."""
         lo, hi = self._moves.tf.scalar_range
         first, last = self._area.axis.visible
         if max(lo, first) < min(hi, last):
@@ -176,7 +176,7 @@ class EditorKeys(QObject):
             self._moves.set_opacity(resized, "width", f"nudge width {index}")
 
     def _go(self, step: int) -> None:
-        """Go to the next or last handle; beyond the first and last one, out of the plots."""
+        """Go to the next or the previous handle; beyond the first and last one, leave the plots."""
         targets, selection = self._targets(), self._selection
         if selection.current is None:
             at = -1 if step > 0 else len(targets)
@@ -201,7 +201,7 @@ class EditorKeys(QObject):
         self._moves.add_stop((values[first] + values[first + 1]) / 2)
 
     def _select_all(self) -> None:
-        """Select all handles of the current one's kind; all modes or points without one."""
+        """Select all handles of the current one's kind, or all modes or points."""
         kind = self._selection.kind if self._selection.current is not None else "opacity"
         indices = [index for of, index, flank in self._targets() if of == kind and flank is None]
         self._selection.select(kind, *indices)

@@ -17,8 +17,8 @@ from app.tf_editor.plot_area import PlotArea
 from model.scene.ranges import fit_to_range, range_text, stretch_to_range
 from model.scene.transfer_function import Range, TransferFunction
 
-SMALL_RANGE = 0.2  # of all values, below which a range is hard to edit among them
-LEAST_DISTANCE = 0.004  # of the lines after a drag, as a fraction of the plot's width
+SMALL_RANGE = 0.2  # share of all values below which a range is hard to edit
+LEAST_DISTANCE = 0.004  # least distance of the lines after a drag, as a share of the plot's width
 
 _REACH = 5.0
 _GRIP = 7.0, 22.0  # width and height of the grips, in pixels
@@ -43,7 +43,7 @@ class RangeLine(DragHandle):
         self._grip_box = QRectF(left, 0.0, *_GRIP)
         self.setCursor(Qt.CursorShape.SplitHCursor)
         self.setToolTip(_TIP)
-        # Below the handles of modes and points, which may be at the same place.
+        # Below the handles of modes and points, which may be at the same position.
         self.setZValue(70)
         self._height = 0.0
 
@@ -81,7 +81,7 @@ class RangeLayer(QObject):
         self._before: TransferFunction | None = None
         self._cuts = False
         self._cut: tuple[TransferFunction, TransferFunction] | None = None
-        """The TF that was cut last, after that and before."""
+        """The TF that was cut last: after the cut and before."""
         self._begun = state.transfer_function
         self.lines = (self._add_line(0), self._add_line(1))
         self._shades = [(_add_shade(area.opacity), _add_shade(area.strip)) for _ in range(2)]
@@ -101,7 +101,7 @@ class RangeLayer(QObject):
                 shade.setVisible(right > left)
 
     def show_range(self, fill: bool = False) -> None:
-        """Show all values, or those around the TF's range where it is a small part of them."""
+        """Show all values, or only those around the TF's range if it is a small part of them."""
         self._area.include(self._state.scalar_range, self._state.scale)
         axis = self._area.axis.showing(self._area.axis.full)
         low, high = axis.places(self._state.scalar_range)
@@ -112,7 +112,7 @@ class RangeLayer(QObject):
         self._area.set_axis(axis)
 
     def show_small_range(self) -> None:
-        """Show the values around the TF's range where it is a small part of those in sight."""
+        """Show the values around the TF's range if it is a small part of the visible ones."""
         low, high = self._area.axis.places(self._state.scalar_range)
         if high - low < SMALL_RANGE:
             self.show_range()
@@ -124,7 +124,7 @@ class RangeLayer(QObject):
         self._cut = self._state.transfer_function, whole
 
     def _whole(self) -> TransferFunction:
-        """Return the present TF with what was cut off."""
+        """Return the present TF with the parts that were cut off."""
         tf = self._state.transfer_function
         return self._cut[1] if self._cut is not None and self._cut[0] == tf else tf
 
@@ -139,7 +139,7 @@ class RangeLayer(QObject):
         return line
 
     def fit_height(self) -> None:
-        """Be as high as the plot."""
+        """Set the lines' height to the plot's."""
         low, high = self._area.opacity.viewRange()[1]
         height = self._area.opacity.height() * high / (high - low)
         for line in self.lines:
@@ -172,7 +172,7 @@ class RangeLayer(QObject):
         scalar_range = (value, hi) if end == 0 else (lo, value)
         if scalar_range[0] >= scalar_range[1]:
             return
-        # From the TF before the drag, so that what a line passes over comes back with it.
+        # From the TF before the drag: what a line cuts off comes back when it returns.
         if self._cuts:
             self._state.tf_input.move(fit_to_range(self._begun, scalar_range))
         else:

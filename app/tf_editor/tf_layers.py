@@ -1,4 +1,4 @@
-"""The TF in the plots: opacity curve and colour strip, with handles that are dragged."""
+"""The TF in the plots: opacity curve and colour strip, with draggable handles."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ from app.tf_editor.unit_axis import WIDTHS, ScalarAxis
 from model.scene import tf_editing as edits
 from model.scene.transfer_function import ColorTF, TransferFunction
 
-_FLANK = math.exp(-1.0)  # height of a mode one width from its mean, by its amplitude
+_FLANK = math.exp(-1.0)  # height of a mode one width from its mean, relative to its amplitude
 
 _VISIBLE_WIDTHS, _VISIBLE_LOG_WIDTHS = 2.2, 3.2
-"""Distances from the mean, in widths, up to which a mode's curve is drawn on either scale."""
+"""Distance from the mean, in widths, up to which a mode's curve is drawn, by scale."""
 
 _PLACES = np.linspace(0.0, 1.0, 513)
 
@@ -42,7 +42,7 @@ class OpacityLayer(QObject):
         self._curve, self._selected_curve = Curve(area.opacity), Curve(area.opacity)
         self.peaks: list[DragHandle] = []  # handles of the modes or points, in order
         self.flanks = tuple(self._add_flank() for _ in range(2))
-        """Left and right handle of the selected mode's width."""
+        """Left and right handle for the selected mode's width."""
         self.recolor()
 
     @property
@@ -74,7 +74,7 @@ class OpacityLayer(QObject):
         colors = tf.color(np.array([value for value, _ in positions])).tolist()
         for index, (value, opacity) in enumerate(positions):
             handle = self.peaks[index]
-            # The mean of a mode may be outside the range; its handle is at the range's end.
+            # A mode's mean may be outside the range; its handle is then at the range's end.
             place = self._area.axis.place(min(max(value, tf.scalar_range[0]), tf.scalar_range[1]))
             handle.setPos(place, self._area.scale.height(opacity))
             handle.setToolTip(self._state.label_name(value))

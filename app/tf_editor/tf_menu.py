@@ -1,4 +1,4 @@
-"""The menus of the TF editor: presets with pictures, colours, conversions, range and axis."""
+"""The TF editor's menus: presets with pictures, colours, conversions, range and axis."""
 
 from __future__ import annotations
 
@@ -46,13 +46,13 @@ from model.scene.transfer_function import TF_SAMPLES, ColorTF, OpacityTF, Range,
 from model.scene.value_scale import values_at
 
 PICTURE = 96  # sides of a picture, in pixels
-CELL = QSize(118, 128)  # room of a picture with its name
-ROOM = 8  # around all pictures, in pixels
-COLUMNS, MOST_ROWS = 4, 3  # pictures in a row, and rows seen at once, on small screens, too
+CELL = QSize(118, 128)  # size of a picture with its name
+ROOM = 8  # margin around all pictures, in pixels
+COLUMNS, MOST_ROWS = 4, 3  # pictures in a row, and rows visible at once even on small screens
 
 
 class PresetMenu(QMenu):
-    """Shows presets over the volume's scalar range, and says which one is chosen."""
+    """Shows presets over the volume's scalar range, and emits the chosen one."""
 
     chosen = Signal(object)  # with the chosen Preset
     picturesWanted = Signal(object)  # emitted with the listed presets when the menu opens
@@ -61,7 +61,7 @@ class PresetMenu(QMenu):
         super().__init__("Presets", parent)
         self._state, self._area = state, area
         self._listed: tuple[Preset, ...] = ()
-        self.own: Callable[[], Sequence[Preset]] = tuple  # the user's, which follow the others
+        self.own: Callable[[], Sequence[Preset]] = tuple  # the user's own, listed last
         self.units = ""  # unit of the volume's scalars; may be empty
         self.list = QListWidget()
         self.list.setAccessibleName("Presets")
@@ -73,7 +73,7 @@ class PresetMenu(QMenu):
         self.list.setFrameShape(QListWidget.Shape.NoFrame)
         self.list.viewport().setAutoFillBackground(False)
         self.list.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        # A click and Enter, not each of the arrow keys, take one.
+        # A click or Enter takes one; arrow keys only select.
         self.list.itemClicked.connect(self.take)
         self.list.itemActivated.connect(self.take)
         action = QWidgetAction(self)
@@ -88,12 +88,12 @@ class PresetMenu(QMenu):
         scalar_range = self._state.scalar_range
         is_smooth = self._state.interpolates
         what = "Three modes, by the volume's histogram" if is_smooth else "Each label in its colour"
-        # Like the others it leaves the range as it is.
+        # Like the others, it keeps the range.
         default = Preset("Default", what, fit_to_range(self._state.default, scalar_range))
         if not is_smooth:
-            # Looks such as skin or glass say nothing of labels.
+            # Looks such as skin or glass make no sense for labels.
             return default, *self.own()
-        # Of the whole volume, so that the order stays whatever range is shown.
+        # Of the whole volume, so that the order does not depend on the shown range.
         of_patient = bool(self._state.axis_labels) or looks_like_hu(
             self._area.data_range, self.units
         )
@@ -113,7 +113,7 @@ class PresetMenu(QMenu):
             self.list.item(row).setIcon(picture_icon(picture, PICTURE))
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Let the arrow keys choose among the pictures."""
+        """Let the arrow keys move among the pictures."""
         super().showEvent(event)
         self.list.setFocus()
 
@@ -156,7 +156,7 @@ PERCENTILES = {"0.1 to 99.9 % of the voxels": (0.1, 99.9), "1 to 99 % of the vox
 
 
 class RangePopup(QFrame):
-    """Shows the range of the state's TF and takes typed numbers, each as an undo step."""
+    """Shows the range of the state's TF; each typed number is an undo step."""
 
     def __init__(self, state: ViewerState, layer: RangeLayer, parent: QWidget) -> None:
         super().__init__(parent, Qt.WindowType.Popup)
@@ -195,7 +195,7 @@ class RangePopup(QFrame):
         first, last = min(self._data_range[0], lo), max(self._data_range[1], hi)
         span = last - first
         least = _LEAST_SHARE * (self._data_range[1] - self._data_range[0])
-        # A range wider than the data is allowed, as for TFs that several volumes share.
+        # A range wider than the data is allowed, as several volumes may share a TF.
         scale = self._state.scale
         self.low.set_limits(first - span, max(hi - least, lo), scale)
         self.high.set_limits(min(lo + least, hi), last + span, scale)
@@ -209,11 +209,11 @@ class RangePopup(QFrame):
 
 
 class TransferFunctionMenu(QObject):
-    """Buttons with the menus of everything that changes a TF as a whole: presets, colours, rest."""
+    """Buttons with the menus that change a TF as a whole: presets, colours and the rest."""
 
-    scale_wanted = Signal(str)  # with the scale that the volume is to be shown on
+    scale_wanted = Signal(str)  # with the scale that the user chose for the volume
 
-    is_narrow = Painted(False, "show_colors")  # whether the colours' button is
+    is_narrow = Painted(False, "show_colors")  # whether the colours' button is shown
 
     def __init__(
         self, area: PlotArea, layer: RangeLayer, moves: HandleMoves, parent: QWidget
@@ -251,7 +251,7 @@ class TransferFunctionMenu(QObject):
 
     def _fill(self) -> None:
         self.colors_menu.setStyleSheet(f"QMenu {{ icon-size: {SWATCH.width()}px; }}")
-        # Filled when first opened: colour maps take time to import.
+        # Filled when first opened, as importing colour maps takes time.
         self.colors_menu.aboutToShow.connect(self._fill_colors)
         self._as_curve = add_action(self.menu, "As free curve", self.to_curve)
         self._as_modes = add_action(self.menu, "As modes", self.to_modes)
@@ -302,13 +302,13 @@ class TransferFunctionMenu(QObject):
         )
 
     def show_scales(self) -> None:
-        """Check the scales that the plot has, which may be another volume's by now."""
+        """Check the plot's scales in the menu; the volume may have changed."""
         self._scale.setChecked(self._area.axis.labels == "log")
         self._logarithmic.setChecked(self._area.axis.scale != "linear")
         self._fine.setChecked(self._area.scale.logarithmic)
 
     def _refresh(self) -> None:
-        # What was wanted may have been refused.
+        # The choice may have been refused.
         self.show_scales()
         opacity = self._state.transfer_function.opacity
         self._as_curve.setEnabled(not opacity.points)
@@ -346,17 +346,17 @@ class TransferFunctionMenu(QObject):
         self._reshape(fitted_modes(self._state.transfer_function.opacity), "as modes")
 
     def start_curve(self) -> None:
-        """Begin with a free curve of no opacity: one undo step."""
+        """Begin with a free curve of zero opacity: one undo step."""
         opacity, (lo, hi) = self._state.transfer_function.opacity, self._state.scalar_range
         self._reshape(replace(opacity, modes=(), points=((lo, 0.0), (hi, 0.0))), "new curve")
 
     def type_range(self) -> None:
-        """Open the popup with the two numbers of the range."""
+        """Open the popup with the range's two numbers."""
         below = self.button.mapToGlobal(QPoint(0, self.button.height()))
         self.popup.open_at(below, self._area.data_range)
 
     def set_percentiles(self, lower: float, upper: float) -> None:
-        """Set the range to that between two percentiles of the voxels."""
+        """Set the range to the interval between two percentiles of the voxels."""
         histogram = self._area.histogram
         self._set_range(percentile_range(histogram.counts, histogram.edges, lower, upper))
 
@@ -365,7 +365,7 @@ class TransferFunctionMenu(QObject):
         self._set_range(self._area.data_range)
 
     def set_logarithmic(self, logarithmic: bool) -> None:
-        """Spread the values over the plot by their logarithm, or evenly."""
+        """Show the values on a logarithmic or a linear scale."""
         axis = self._area.axis
         self._area.set_axis(ScalarAxis.over(axis.full, logarithmic, axis.labels, axis.numbers))
 
@@ -399,5 +399,5 @@ def _swatch(colors: NDArray[np.floating], size: QSize) -> QIcon:
     image = QImage(
         pixels.data, size.width(), size.height(), 3 * size.width(), QImage.Format.Format_RGB888
     )
-    # A copy, as the image only refers to the array.
+    # A copy, as QImage does not own the array.
     return QIcon(QPixmap.fromImage(image.copy()))

@@ -1,4 +1,4 @@
-"""Axes of the plots: scalar values and opacities as places and heights from 0 to 1.
+"""Axes of the plots: scalar values and opacities as positions and heights in 0..1.
 
 Qt compares positions with a fixed tolerance and could not distinguish values of a
 very small range, or of a range far from zero.
@@ -22,29 +22,29 @@ _ROUND_STEPS = (1.0, 2.0, 2.5, 5.0, 10.0)
 _BEND_SHARE = 1e-3
 _MOST_DECADES = 6
 _LEAST_GAP = 0.09  # distance between the labels of a logarithmic axis, as a fraction of the axis
-_FARTHEST = 4.0  # places farther out than this count as equal, so that no value overflows
-LEAST_SPAN = 1e-6  # smallest visible part of an axis, as a fraction of all of it
+_FARTHEST = 4.0  # positions farther out count as equal, so that no value overflows
+LEAST_SPAN = 1e-6  # smallest visible part of an axis, as a fraction
 Scale = Literal["linear", "log", "symlog"]
 
 WIDTHS: dict[ValueScale, str] = {"linear": "width", "log": "decades"}
-"""Name of a mode's width; on a logarithmic scale it counts powers of ten."""
+"""Name of a mode's width, which is in powers of ten on a logarithmic scale."""
 
 
 @dataclass(frozen=True)
 class ScalarAxis:
-    """Maps the visible scalar values to places from 0 to 1, linearly or logarithmically.
+    """Maps the visible scalar values to positions in 0..1, linearly or logarithmically.
 
-    "log" is the scale where all values are above zero; "symlog" is logarithmic on both sides of
-    zero and linear near it. Both are an inverse hyperbolic sine. The labels have the volume's
-    scale: values that are logarithms are spread evenly, and labelled by what they are those of.
+    "log" needs values above zero; "symlog" is logarithmic on both sides of zero and linear near it.
+    Both use an inverse hyperbolic sine. On a volume's logarithmic scale the values are logarithms:
+    the axis is linear in them, but its labels show the original values.
     """
 
-    visible: Range  # values at the places 0 and 1
-    full: Range  # everything that the axis may have to show
+    visible: Range  # values at the positions 0 and 1
+    full: Range  # all values that the axis may have to show
     scale: Scale = "linear"
     labels: ValueScale = "linear"
     numbers: Mapping[int, int] | None = None
-    """The file's numbers of whole values, where they differ; None where values are not whole."""
+    """The file's numbers for whole values if they differ; None if values are not whole."""
 
     @classmethod
     def over(
@@ -73,12 +73,12 @@ class ScalarAxis:
         return replace(self, visible=(lo, hi)) if lo < hi else self
 
     def places(self, values: ArrayLike) -> NDArray[np.float64]:
-        """Return the places of values of any shape; those of the visible ones are in 0..1."""
+        """Return the positions of values of any shape; visible ones are in 0..1."""
         lo, hi = self._spaced(np.array(self.visible))
         return np.asarray((self._spaced(np.asarray(values, dtype=np.float64)) - lo) / (hi - lo))
 
     def values(self, places: ArrayLike) -> NDArray[np.float64]:
-        """Return the values at places of any shape; 0 and 1 give the visible ends exactly."""
+        """Return the values at positions of any shape; 0 and 1 give the visible ends exactly."""
         at = np.clip(np.asarray(places, dtype=np.float64), -_FARTHEST, _FARTHEST)
         lo, hi = self.visible
         if self.scale == "linear":
@@ -86,35 +86,35 @@ class ScalarAxis:
         else:
             first, last = self._spaced(np.array(self.visible))
             found = bend_for(self.full) * np.sinh(first * (1.0 - at) + last * at)
-        # Rounding could give a value outside of what is visible.
+        # Rounding could give a value outside the visible interval.
         inside = (at >= 0) & (at <= 1)
         found = np.where(inside, np.clip(found, lo, hi), found)
         return np.where(at == 0, lo, np.where(at == 1, hi, found))
 
     def place(self, value: float) -> float:
-        """Return the place of a value."""
+        """Return the position of a value."""
         return float(self.places(value))
 
     def value(self, place: float) -> float:
-        """Return the value at a place."""
+        """Return the value at a position."""
         return float(self.values(place))
 
     def zoomed(self, factor: float, at: float = 0.5) -> ScalarAxis:
-        """Return an axis that shows 1/factor of this one; the value at a place stays there."""
+        """Return an axis zoomed by a factor; the value at a position stays there."""
         return self._between(at - at / factor, at + (1.0 - at) / factor)
 
     def shifted(self, by: float) -> ScalarAxis:
-        """Return an axis that shows as much, from a place `by` farther to the right, or less."""
+        """Return the axis moved to the right by a position, or to the left by a negative one."""
         first, last = self.places(self.full).tolist()
         by = min(max(by, first), last - 1.0)
         return self._between(by, 1.0 + by)
 
     def marks(self, unit: str = "") -> list[tuple[float, str]]:
-        """Return both ends of what is visible, and round values between them: places and texts."""
+        """Return the visible ends and round values between them: positions and texts."""
         lo, hi = values_at(self.visible, self.labels).tolist()
         if self.numbers is not None and math.floor(hi) > math.ceil(lo):
             return self._whole_marks(math.ceil(lo), math.floor(hi), unit)
-        # To some ten-thousandth of what is visible: more digits would only be noise.
+        # To about a ten-thousandth of the visible interval: more digits are noise.
         step = 10.0 ** math.floor(math.log10((hi - lo) / 10_000))
         digits = max(6, 4 + math.floor(math.log10(max(abs(lo), abs(hi)) / (hi - lo))))
         if self.labels == "log":
@@ -130,7 +130,7 @@ class ScalarAxis:
         return [(at, text.replace("-", MINUS)) for at, text in found]
 
     def _whole_marks(self, first: int, last: int, unit: str) -> list[tuple[float, str]]:
-        """Return the first and the last label that is visible, and some between them."""
+        """Return the first and the last visible label, and some between them."""
         assert self.numbers is not None
         step = max(int(_round_step((last - first) / 9)), 1)
         chosen = [first, *range((first // step + 1) * step, last, step), last]
@@ -139,7 +139,7 @@ class ScalarAxis:
         return [(self.place(each), text) for each, text in zip(chosen, texts, strict=True)]
 
     def _decades(self) -> list[tuple[float, str]]:
-        """Zero and powers of ten, then 2 and 5 times those, as far as there is room."""
+        """Zero and powers of ten, then 2 and 5 times those, as room allows."""
         lo, hi = self.visible
         bend = bend_for(self.full)
         largest = max(abs(lo), abs(hi))
@@ -174,7 +174,7 @@ def bend_for(scalar_range: Range) -> float:
 def ticks(
     scalar_range: Range, count: int = 6, scale: ValueScale = "linear"
 ) -> list[tuple[float, str]]:
-    """Choose about `count` round values within a range: places on a linear axis, and texts."""
+    """Choose about `count` round values within a range: linear positions and texts."""
     if scale == "log":
         return logarithmic_ticks(scalar_range, count)
     lo, hi = scalar_range
@@ -186,7 +186,7 @@ def ticks(
 
 
 def _round_step(rough: float) -> float:
-    """Return the least round number that is about as large as another."""
+    """Return the smallest round number that is about as large as another."""
     power = 10.0 ** math.floor(math.log10(rough))
     return power * min(s for s in _ROUND_STEPS if s * power >= 0.999 * rough)
 
@@ -196,15 +196,15 @@ def _text(value: float, digits: int) -> str:
     return f"{value + 0.0:.{digits}g}"
 
 
-BEND = 0.002  # opacity below which the logarithmic scale is almost linear, so that it has a 0
+BEND = 0.002  # opacity below which the logarithmic scale is nearly linear, so that it includes 0
 _TOP = math.asinh(1 / BEND)
 _MARKED = {0.001: "", 0.01: ".01", 0.1: ".1"}
-"""Labels of opacities between 0 and 1: that of the least would lie over the 0."""
+"""Labels of opacities between 0 and 1, but the smallest, which would overlap the 0."""
 
 
 @dataclass(frozen=True)
 class OpacityScale:
-    """Maps opacities to heights in the plot and back; logarithmic by an inverse hyperbolic sine."""
+    """Maps opacities to heights in the plot and back, linearly or by an inverse hyperbolic sine."""
 
     logarithmic: bool = False
 

@@ -41,7 +41,7 @@ EDGE = 8  # least distance to the edges of the image, in pixels
 
 
 class EmptyCard(Card):
-    """Lies in the middle of the reference's image once a first volume could not be read."""
+    """Offers a first volume in the middle of the reference's image if none could be read."""
 
     def __init__(self, context: Context, files: Files) -> None:
         super().__init__(context.reference.canvas)
@@ -73,7 +73,7 @@ class EmptyCard(Card):
         self.set_shown(state is EngineState.FAILED and self._workspace.opened is None)
 
     def set_shown(self, shown: bool) -> None:
-        """Show the card, with what the image says above it, or hide it."""
+        """Show the card below the image's message, or hide it."""
         self.setVisible(shown)
         self._pane.canvas.below_message = self if shown else None
         if shown:
@@ -96,32 +96,32 @@ def _picture_button(text: str, name: str, size: int, slot: Callable[[], object])
     return button
 
 
-ICON, PICTURE = 40, 200  # sides of the pictures on the buttons, and next to the mouse, in pixels
+ICON, PICTURE = 40, 200  # sides of the pictures on the buttons and next to the mouse, in pixels
 TF_REST_MS = 300  # pause after an edit of the TF until the pictures follow it
-UNUSED_MS = 15_000  # time after which the question goes, unless the mouse is over it
+UNUSED_MS = 15_000  # time until the question disappears, unless the mouse is over it
 
 
 class UpAxisCard(Card):
-    """Asks with six buttons, one per axis; hidden until there is a volume that does not say."""
+    """Asks which way is up, with one button per axis; hidden unless a file does not say."""
 
     def __init__(self, context: Context) -> None:
         super().__init__()
         self._context, self._state, self._workspace = context, context.state, context.workspace
         self._pictures = SmallPictures("up axis", PICTURE, context, self._show_pictures)
         self.buttons: dict[str, QToolButton] = {}
-        self._views: list[View] = []  # which of the volume are small pictures; slow to find
+        self._views: list[View] = []  # which volume the pictures show; slow to find
         self._lay_out()
         self._rest = Pause(self, TF_REST_MS, self._ask_for_pictures)
         self._unused = Pause(self, UNUSED_MS, self._go)
         self._state.viewChangeFinished.connect(self._follow_view)
         self._state.navigationChanged.connect(self._follow)
         self._state.tf_input.changeFinished.connect(lambda _tf: self._rest.start())
-        # An analyst that was started anew knows of no question.
+        # A restarted analyst does not know the question.
         self._workspace.reference.analystReplaced.connect(self._ask_for_pictures)
         self.hide()
 
     def ask(self) -> None:
-        """Show the question, whatever was answered; the axis that points up now is marked."""
+        """Show the question again; the axis that points up now is marked."""
         self._set_pictures({})
         for axis, button in self.buttons.items():
             button.setCheckable(axis == self._state.up_axis)
@@ -135,17 +135,17 @@ class UpAxisCard(Card):
             self._go()
 
     def _go(self) -> None:
-        """Leave the image to a user who does something else; View > Up asks again."""
+        """Hide for a user who does something else; View > Up asks again."""
         if not self.underMouse():
             self.hide()
 
     def leaveEvent(self, event: QEvent) -> None:
-        """Begin to wait anew."""
+        """Restart the waiting time."""
         super().leaveEvent(event)
         self._unused.start()
 
     def hideEvent(self, event: QHideEvent) -> None:
-        """Wait no more, and draw no pictures."""
+        """Stop waiting, and draw no pictures."""
         super().hideEvent(event)
         self._unused.stop()
         self._pictures.stop_tracing()
@@ -174,13 +174,13 @@ class UpAxisCard(Card):
         self._remember()
 
     def start_volume(self) -> None:
-        """Ask about another volume, unless its file or the user has said which way is up."""
+        """Ask about another volume, unless its file or the user has set which way is up."""
         opened = self._workspace.opened
         self._views = []
         if opened is None:
             return
         known = opened.volume.up or self._remembered(opened.fingerprint)
-        # Who has turned it before has seen the question.
+        # A user who has turned it before has seen the question.
         is_known = bool(known) or not self._state.is_at_home
         if is_known or opened.path.absolute() in {p.absolute() for p in shipped_volumes()}:
             self.hide()
@@ -205,7 +205,7 @@ class UpAxisCard(Card):
             self._set_pictures(dict(zip(AXES, images, strict=True)))
 
     def _follow(self) -> None:
-        """Remember an axis that was chosen elsewhere."""
+        """Store an axis that was chosen elsewhere."""
         opened = self._workspace.opened
         if opened is not None:
             known = self._remembered(opened.fingerprint) or opened.volume.up
@@ -217,14 +217,14 @@ class UpAxisCard(Card):
         self._workspace.keep(up_axis=self._state.up_axis)
 
 
-SLIDER_WIDTH = 180  # of a slider at least, in pixels
+SLIDER_WIDTH = 180  # least width of a slider, in pixels
 PADDING = 22  # width of a voxel's box next to its number, in pixels
 
 
 class CropCard(Card):
     """Shows the state's crop box and changes it; initially hidden."""
 
-    shownChanged = Signal(bool)  # emitted when it comes or goes, other than with its window
+    shownChanged = Signal(bool)  # emitted when it is shown or hidden, other than with its window
 
     def __init__(self, state: ViewerState, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -255,18 +255,18 @@ class CropCard(Card):
 
     @property
     def is_shown(self) -> bool:
-        """Whether the card is there while its window is."""
+        """Whether the card is shown when its window is."""
         return not self.isHidden()
 
     def set_shown(self, shown: bool) -> None:
         """Show or hide the card; the crop box stays as it is."""
         focus = QApplication.focusWidget()
         if not shown and focus is not None and self.isAncestorOf(focus):
-            # Otherwise the next number box would have it.
+            # Otherwise the next number box would get the focus.
             self.window().setFocus()
         if shown != self.is_shown:
             for slider in (*self.sliders, self.offset):
-                # It does not see the mouse's release.
+                # It does not get the mouse's release.
                 slider.setSliderDown(False)
             self.setVisible(shown)
             self.shownChanged.emit(shown)
@@ -275,7 +275,7 @@ class CropCard(Card):
         """Set the number of voxels along x, y and z."""
         self._dimensions = dimensions
         for axis, count in enumerate(dimensions):
-            # Its ends come no nearer to each other.
+            # Its ends get no closer to each other.
             self.sliders[axis].setSingleStep(least_length(count))
             for box in self.planes[axis]:
                 box.set_limits(0, count - 1)
@@ -294,7 +294,7 @@ class CropCard(Card):
             slider.setToolTip("Drag an end, or the middle to move the slab")
             slider.setMinimumWidth(SLIDER_WIDTH)
             slider.setRange(0.0, 1.0)
-            # The keys' way are the numbers next to it.
+            # For the keyboard there are the numbers next to it.
             slider.setFocusPolicy(Qt.FocusPolicy.NoFocus)
             WheelGuard(slider)
             for column, widget in enumerate((self.names[axis], first, slider, last)):
@@ -363,7 +363,7 @@ class CropCard(Card):
 
 
 def _button(text: str, tip: str, slot: Callable[[], object]) -> QPushButton:
-    """A button after a click on which keys such as W are the window's again."""
+    """A button that takes no focus, so that keys such as W stay the window's."""
     button = clicked(QPushButton(text), slot)
     button.setToolTip(tip)
     button.setFocusPolicy(Qt.FocusPolicy.TabFocus)

@@ -1,4 +1,4 @@
-"""Objects that the parts of the window share, and questions for files to open and to write."""
+"""Objects that the window's parts share, and dialogs for files to open and to write."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from model.volume_files import SUFFIXES
 
 @dataclass(frozen=True)
 class Context:
-    """The window with its state, its images, and the places where it says something."""
+    """The window with its state, its images, and its notices and status line."""
 
     window: QMainWindow
     preferences: Preferences
@@ -51,11 +51,11 @@ class Context:
         self.notices.add(text, key=key, tone="error")
 
     def saved(self, key: str, save: Callable[..., object], path: Path, *content: object) -> bool:
-        """Write a file, and say so; return False, and say why, if that fails."""
+        """Write a file and report it; if that fails, show why and return False."""
         return self.done(key, partial(save, path, *content), f"Saved {path.absolute()}.")
 
     def done(self, key: str, change: Callable[[], object], said: str) -> bool:
-        """Do something, and say so; return False, and say why, if that fails."""
+        """Run an action and report it; if that fails, show why and return False."""
         try:
             change()
         except TfscopeError as error:
@@ -70,7 +70,7 @@ OPEN_FILTER = VOLUME_FILTER.replace("Volumes (", f"Volumes and sessions (*{SUFFI
 
 
 def ask_for_file(context: Context, title: str, filters: str = "") -> Path | None:
-    """Ask for a file to open, or without filters for a folder; None if the user chooses none."""
+    """Ask for a file to open, or without filters for a folder; None if the user cancels."""
     folder = context.preferences.settings.last_folder
     if filters:
         name, _ = QFileDialog.getOpenFileName(context.window, title, folder, filters)
@@ -82,14 +82,14 @@ def ask_for_file(context: Context, title: str, filters: str = "") -> Path | None
 def ask_for_place(
     context: Context, title: str, filters: str, suffixes: tuple[str, ...], name: str = ""
 ) -> Path | None:
-    """Ask for a file to write; None if the user chooses none."""
+    """Ask for a file to write; None if the user cancels."""
     start = str(Path(context.preferences.settings.last_folder) / name)
     chosen, kind = QFileDialog.getSaveFileName(context.window, title, start, filters)
     if not chosen:
         return None
     path = Path(chosen)
     if not path.name.lower().endswith(suffixes):
-        # Qt's dialog has asked about the file without the suffix only.
+        # Qt's dialog has asked only about the file without the suffix.
         path = path.with_name(path.name + next((s for s in suffixes if s in kind), suffixes[0]))
         text = f"{path.name} exists. Replace it?"
         buttons = QMessageBox.StandardButton
@@ -99,19 +99,19 @@ def ask_for_place(
 
 
 def proposed_name(context: Context, otherwise: str, suffix: str) -> str:
-    """Return a new file's name: the open volume's, or another where that gives none."""
+    """Return a new file's name: after the open volume, or a default."""
     opened = context.workspace.opened
     name = "" if opened is None else file_name(opened.volume.name)
     return f"{name or otherwise}{suffix}"
 
 
 def file_name(name: str) -> str:
-    """Return a name without characters that file systems or their users would trip over."""
+    """Return a name without characters that are invalid or awkward in file names."""
     return re.sub(r"[^\w.+=-]+", "_", name).strip("._")[:100]
 
 
 def menu_names(paths: Sequence[Path]) -> list[str]:
-    """Return names of files for a menu: with as many folders as tell them apart."""
+    """Return names of files for a menu, with as many folders as are needed to distinguish them."""
     names = []
     for path in paths:
         parts, last = path.parts, 1
@@ -124,7 +124,7 @@ def menu_names(paths: Sequence[Path]) -> list[str]:
 
 
 def _chosen(context: Context, name: str) -> Path | None:
-    """Return a file that was chosen; the next dialog begins in its folder."""
+    """Return a chosen file; the next dialog starts in its folder."""
     if not name:
         return None
     context.preferences.set(last_folder=str(Path(name).absolute().parent))

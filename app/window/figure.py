@@ -1,4 +1,4 @@
-"""Figures: images as they are saved, side by side or compared, and the marks over them."""
+"""Figures: images to save, side by side or compared, and the marks over them."""
 
 from __future__ import annotations
 
@@ -36,37 +36,37 @@ from model.sensitivity.display import LEAST_DIFFERENCE, Shown, color_bar, overla
 
 TEXT_SIZE = 1 / 42  # height of the text relative to the shorter side of the image
 LEAST_TEXT = 10  # least height of the text in pixels
-LEAST_LINES = 12  # lines of text that must fit into an image for anything to be painted over it
+LEAST_LINES = 12  # an image with room for fewer lines of text has no marks
 
 LIGHT, DARK = QColor(255, 255, 255), QColor(0, 0, 0)
 
 HALO_OPACITY = 200  # opacity of the halo around lines and text, of 255
 
 
-Legend = Mapping[str, TransferFunction]  # over one range, by the names of A and B if there are two
+Legend = Mapping[str, TransferFunction]  # over one range; named A and B if there are two
 
 
 def legend_of(a: TransferFunction, b: TransferFunction | None = None) -> Legend:
-    """Return the legend of one or two TFs; two that are alike are one."""
+    """Return the legend of one or two TFs; equal ones are one."""
     return {"": a} if b is None or b == a else {"A": a, "B": b}
 
 
 SHADES = 256  # of a bar of colours
-MOST_HEIGHT = 0.4  # a legend's length relative to the image's height
+MOST_HEIGHT = 0.4  # length of a legend relative to the image's height
 SAMPLES = 256  # scalar values along a legend
 
 
 class Marks:
-    """Paints what explains an image over it, in one colour within a halo of the other.
+    """Paints marks over an image, black or white with a halo of the other, to be seen anywhere.
 
-    It is seen over anything. A background that is not known is taken for dark.
+    An unknown background counts as dark.
     """
 
     @classmethod
     def over(
         cls, painter: QPainter, rect: QRect, background: Background | None = BLACK
     ) -> Marks | None:
-        """Return what marks an image in a rectangle; None for one that is too small for text."""
+        """Return the marks of an image in a rectangle; None if it is too small for text."""
         side = min(rect.width(), rect.height())
         text = max(round(TEXT_SIZE * side), LEAST_TEXT)
         return cls(painter, rect, text, background) if side >= LEAST_LINES * text else None
@@ -76,7 +76,7 @@ class Marks:
     ) -> None:
         self._painter, self._rect, self._text = painter, rect, text
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        # A rendering may use any composition; this is always painted over it.
+        # A rendering may use any composition mode; marks are always painted over it.
         painter.setCompositionMode(QPainter.CompositionMode.CompositionMode_SourceOver)
         self._font = QFont(painter.font())
         self._font.setPixelSize(text)
@@ -95,11 +95,11 @@ class Marks:
             pen.setJoinStyle(Qt.PenJoinStyle.RoundJoin)
 
     def caption(self, text: str) -> None:
-        """Write what the image is at its upper left."""
+        """Paint the image's caption at its upper left."""
         self._write(self._rect.left() + 1.2 * self._text, self._rect.top() + 2 * self._text, text)
 
     def scale_bar(self, bar: ScaleBar | None) -> None:
-        """Paint a scale bar at the lower left, unless there is no scale."""
+        """Paint a scale bar at the lower left if there is a scale."""
         if bar is None:
             return
         text, rect = self._text, self._rect
@@ -110,12 +110,12 @@ class Marks:
         for x, y in ((left, bottom), (left + length, bottom), (left + length, bottom - end)):
             path.lineTo(x, y)
         self._stroke(path)
-        # In the middle of the bar, but not beyond the image's edge where it is short.
+        # In the middle of the bar, but within the image.
         start = max(left + (length - self._width_of(bar.text)) / 2, rect.left() + 0.4 * text)
         self._write(start, bottom - end - 0.45 * text, bar.text)
 
     def line(self, subject: Subject, view: View) -> None:
-        """Paint the line that is measured, with its length; or its first end alone."""
+        """Paint the ruler's line with its length, or its first end alone."""
         text, scale = self._text, subject.scale
         if scale is None or not subject.line:
             return
@@ -131,7 +131,7 @@ class Marks:
             path.addEllipse(place, 0.25 * text, 0.25 * text)
         self._stroke(path)
         if len(points) > 1:
-            # Where it does not lie over the line.
+            # Where it does not cover the line.
             right = max(places, key=QPointF.x)
             length = scale.length_text(points[0], points[1])
             self._write(right.x() + 0.7 * text, right.y() + 0.35 * text, length)
@@ -153,7 +153,7 @@ class Marks:
     def legend(self, tfs: Legend, units: str) -> None:
         """Paint TFs at the lower right, next to one axis of values.
 
-        Each has its colours, the curve of its opacities with the largest one, and its name.
+        Each has its colours, its opacity curve with its maximum, and its name.
         """
         text, rect, tf = self._text, self._rect, next(iter(tfs.values()))
         length = MOST_HEIGHT * rect.height()
@@ -216,7 +216,7 @@ class Marks:
         self._stroke(path)
 
     def _write(self, x: float, y: float, text: str) -> None:
-        """Write a text whose first letter begins at a point of the base line."""
+        """Paint a text that starts at a point of the base line."""
         path = QPainterPath()
         path.addText(QPointF(x, y), self._font, text)
         self._painter.strokePath(path, self._text_halo)
@@ -233,7 +233,7 @@ class Marks:
 
 
 Which = Literal["generator", "reference", "b", "both", "difference", "a_b", "a_b_difference"]
-"""Contents of a figure: an image, two side by side, how far they are apart, or all of that."""
+"""Contents of a figure: an image, two side by side, their difference, or all of these."""
 
 CONTENTS: dict[Which, tuple[str, tuple[str, ...]]] = {
     "reference": ("Ground truth", ("reference",)),
@@ -244,11 +244,11 @@ CONTENTS: dict[Which, tuple[str, tuple[str, ...]]] = {
     "a_b": ("A and B, side by side", ("reference", "b")),
     "a_b_difference": ("A, B and their difference", ("reference", "b", "difference")),
 }
-"""Contents of a figure, in words, and its images and difference, from left to right."""
+"""Contents of a figure by name: its images and difference, from left to right."""
 
 TITLES = {"generator": "Generator", "reference": "Ground truth", "b": "B"}
 
-GAP = 1 / 100  # distance of two images, relative to the figure's width
+GAP = 1 / 100  # gap between two images, relative to the figure's width
 
 Image = NDArray[np.float32]
 Rgba = Image | NDArray[np.uint8]
@@ -265,7 +265,7 @@ class FigureChoice:
     legend: bool = False
     scale_bar: bool = False
     which: Which = "reference"
-    samples: int = 0  # of each pixel of a path-traced ground truth; 0 in other light
+    samples: int = 0  # of each pixel of a path-traced ground truth; 0 without path tracing
     seconds: float = 0.0  # of a movie; 0 for a figure
     rate: int = 25  # frames a second
 
@@ -309,14 +309,14 @@ def figure(
 ) -> QImage:
     """Return a figure of images and brightness by name; raise RenderError for lack of memory.
 
-    A difference is that of the images, or one that is known by now.
+    The difference is computed from the images unless it is given.
     """
     names, titles, tfs = choice.names, dict(subject.titles), [inputs.transfer_function]
     if "difference" in names:
         compared = compared or Comparison.of(images)
         titles["difference"] = compared.name
     if "b" in names:
-        # Of a single image, its own.
+        # For a single image, its own.
         tfs = [*tfs, subject.tf_b or tfs[0]][-len(names) :]
     last = [name for name in names if name != "difference"][-1:]
     # The difference is opaque, on black.
@@ -367,12 +367,12 @@ LUMINANCE = np.array([0.2126, 0.7152, 0.0722])  # of red, green and blue
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
-    """Comparison of two images (H, W, 3): of a generator's and the truth, or, signed, of B and A.
+    """Comparison of two images (H, W, 3): a generator's and the truth, or, signed, B and A.
 
-    By FLIP, the difference is the error that the eye sees between them, and takes a second.
+    FLIP measures the error that the eye sees, and takes a second.
 
-    The truth is mostly finer than the generator's: what it shows in the middle of a pixel of the
-    generator's is compared. Means would count what any image of so few pixels lacks.
+    The truth is usually finer: it is sampled at the centres of the generator's pixels. Means over
+    them would count detail that no image of so few pixels can show.
     """
 
     drawn: Image
@@ -388,7 +388,7 @@ class Comparison:
         return cls(drawn, truth, name == "b", by_flip)
 
     def is_of(self, other: Comparison | None) -> bool:
-        """Return whether the very same images are compared alike."""
+        """Return whether the same images are compared in the same way."""
         if other is None or (other.by_flip, other.is_of_b) != (self.by_flip, self.is_of_b):
             return False
         return other.drawn is self.drawn and other.truth is self.truth
@@ -424,7 +424,7 @@ class Comparison:
     def difference(self) -> NDArray[np.float64]:
         """Difference of each pixel (H, W): of luminance of B and A, else the RMS of its colours."""
         if self.by_flip:
-            # It imports what the window starts without.
+            # Its imports are slow.
             from model.metrics import flip_map
 
             return flip_map(*self._pair).astype(np.float64)
@@ -434,7 +434,7 @@ class Comparison:
 
     @cached_property
     def scale(self) -> float:
-        """Difference of the last colour."""
+        """Difference at the last colour."""
         return scale_of(self.difference, LEAST_DIFFERENCE)
 
     @cached_property
@@ -444,7 +444,7 @@ class Comparison:
 
     @property
     def ends(self) -> tuple[str, str]:
-        """Differences of the first and the last colour."""
+        """Differences at the first and the last colour."""
         last = f"{self.scale:.2g}"
         return (f"−{last}", f"+{last}") if self.measure == "signed" else ("0", last)
 
@@ -465,7 +465,7 @@ def _colors(rgba: Rgba) -> Image:
 
 
 def _fitted(image: QImage, place: QRect) -> QRect:
-    """Return the largest rectangle of an image's proportions in the middle of a place."""
+    """Return the largest rectangle of an image's proportions, centred in another."""
     size = image.size().scaled(place.size(), Qt.AspectRatioMode.KeepAspectRatio)
     rect = QRect(0, 0, size.width(), size.height())
     rect.moveCenter(place.center())

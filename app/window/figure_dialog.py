@@ -29,14 +29,14 @@ from app.window.figure import CONTENTS, FigureChoice, Size, Which
 from model.rendering.scale_bar import DEPTH_TEXT
 from model.volume_files.checks import readable_size
 
-LEAST_SIZE, LARGEST_MOVIE = 16, 4096  # fewest pixels along a side; most that players of movies show
+LEAST_SIZE, LARGEST_MOVIE = 16, 4096  # fewest pixels along a side; most that movie players show
 
 LONGER_SIDES = (512, 1024, 1920, 2048, 4096, 8192)
-"""Presets of the longer side; the figure keeps the proportions of what is shown."""
+"""Presets of the longer side; the figure keeps the image's proportions."""
 
 SAMPLES = (1, 4, 16, 64, 256, 1024)  # samples of each pixel that path-traced figures may have
 SHORTEST, LONGEST, HIGHEST_RATE = 0.5, 600.0, 60  # seconds, and frames per second
-BYTES_PER_PIXEL = 20  # memory of a rendering and of the figure that is made of it
+BYTES_PER_PIXEL = 20  # memory of a rendering and of the figure made from it
 PREVIEW = 300  # side of the preview, in pixels
 
 _OWN_SIZE, _OTHER_COLOR = "Custom size", "Other colour…"
@@ -89,7 +89,7 @@ class FigureDialog(QDialog):
         self._follow()
 
     def choice(self) -> FigureChoice:
-        """Return what is chosen; the sides of a movie are even numbers, as they have to be."""
+        """Return the choice; a movie's sides are rounded to even numbers, as they must be."""
         width, height = self.width_box.value(), self.height_box.value()
         background, is_movie = self.background_box.currentData(), self.movie_box.isChecked()
         if is_movie:
@@ -110,7 +110,7 @@ class FigureDialog(QDialog):
         box.setAccessibleName(name)
         box.setRange(LEAST_SIZE, LARGEST_SIZE)
         box.setSuffix(" px")
-        # At every key, one side would rewrite the other while it is typed.
+        # Following each key, one side would rewrite the other during typing.
         box.setKeyboardTracking(False)
         box.lineEdit().setTextMargins(6, 0, 6, 0)
         box.setToolTip(f"From {LEAST_SIZE} to {LARGEST_SIZE} pixels")
@@ -177,7 +177,7 @@ class FigureDialog(QDialog):
         self.accept()
 
     def _follow(self) -> None:
-        """Offer what the choices allow, and show the figure as it will be."""
+        """Enable what the choices allow, and show a preview."""
         which, is_movie = self.which_box.currentData(), self.movie_box.isChecked()
         is_one = len(CONTENTS[which][1]) == 1 and which != "difference"
         self._form.setRowVisible(self.movie_box, is_one)
@@ -192,7 +192,7 @@ class FigureDialog(QDialog):
             box.set_limits(LEAST_SIZE, largest)
         if self.keep.isChecked():
             self._take_side(self.width_box, 0)
-        # The difference has colours of its own, and fills all of its image.
+        # The difference has its own colours and no background.
         for widget in (self.legend_box, self.background_box):
             self._form.setRowVisible(widget, which != "difference")
         if self.samples_box is not None:
@@ -206,7 +206,7 @@ class FigureDialog(QDialog):
         self.preview(self.choice())
 
     def _set_present(self, _row: int = 0) -> None:
-        """Offer sizes of the proportions of what is shown; a chosen one is the same row."""
+        """Offer sizes of the image's proportions; the chosen row stays."""
         row = max(self.size_box.currentIndex(), 0)
         width, height = self._present = self._within(*self._sizes[self.which_box.currentData()])
         self.size_box.clear()
@@ -217,7 +217,7 @@ class FigureDialog(QDialog):
             scale = side / max(width, height)
             size = self._within(round(width * scale), round(height * scale))
             self.size_box.addItem(f"{size[0]} × {size[1]}", size)
-            # What is listed already is not seen twice.
+            # A size is listed once.
             is_twice = self.size_box.findData(size) < self.size_box.count() - 1
             rows.setRowHidden(self.size_box.count() - 1, is_twice)
         self.size_box.addItem(_OWN_SIZE, None)
@@ -236,7 +236,7 @@ class FigureDialog(QDialog):
             self._show_size(*size)
 
     def _take_side(self, changed: WholeNumberBox, _value: int) -> None:
-        """Let the other side follow the one that was changed, and name the preset."""
+        """Make the other side follow the changed one, and name the preset."""
         width, height = self.width_box.value(), self.height_box.value()
         if self.keep.isChecked():
             shown_width, shown_height = self._present
@@ -257,7 +257,7 @@ class FigureDialog(QDialog):
         self._show_result()
 
     def _within(self, width: int, height: int) -> Size:
-        """Scale a size down until both sides are offered, and enlarge sides that are too short."""
+        """Scale a size down until both sides are allowed, and enlarge sides that are too short."""
         largest = LARGEST_MOVIE if self.movie_box.isChecked() else LARGEST_SIZE
         scale = min(largest / max(width, height), 1.0)
         return max(round(width * scale), LEAST_SIZE), max(round(height * scale), LEAST_SIZE)
@@ -289,7 +289,7 @@ class BackgroundBox(QComboBox):
         self.setCurrentIndex(self._shown_row)
 
     def _take(self, row: int) -> None:
-        """Ask for the colour if it is another one; the choice before stays if none is given."""
+        """Ask for the colour if a custom one is chosen; Cancel restores the previous choice."""
         if row == self._other:
             color = QColorDialog.getColor(QColor(*self._color), self, "Background")
             if not color.isValid():

@@ -1,4 +1,4 @@
-"""Figures and movies: drawn as they were asked for, then saved or copied."""
+"""Drawing of figures and movies, which are then saved or copied."""
 
 from __future__ import annotations
 
@@ -56,24 +56,24 @@ CHANGED = "The {} was cancelled: volume, light or quality changed. Save it again
 FIGURE_SAMPLES = 64  # of each pixel in path-traced light, at first
 
 PREVIEW_SAMPLES, ENLARGED = 4, 3
-"""Of each pixel of a path-traced preview, and the factor by which it is enlarged for its marks,
-which would be too large in so small a picture."""
+"""Samples of each pixel of a path-traced preview; the factor that enlarges it, as marks would be
+too large in so small a picture."""
 
-WITHOUT_ENGINE = EngineState.LOADING, EngineState.WAITING  # one follows, for which figures wait
+WITHOUT_ENGINE = EngineState.LOADING, EngineState.WAITING  # one follows, and figures wait for it
 
 STEPS = 1000  # of a figure's progress
-LEAST_PART = 0.03  # of a figure or movie from which the time of the rest is estimated
+LEAST_PART = 0.03  # least share of a figure or movie from which its remaining time is estimated
 
 
 @dataclass
 class _Job:
-    """A figure or movie whose pictures are drawn, one frame after the other."""
+    """A figure or movie that is being drawn, frame by frame."""
 
     choice: FigureChoice
     place: Path | None
     frames: list[SceneInputs]
     subject: Subject
-    chosen: Any  # what the user has chosen: another engine that is started for it draws the same
+    chosen: Any  # the user's choice: if its engine is replaced, the next one draws the same
     by_flip: bool = False
     images: dict[str, tuple[Rgba, float]] = field(default_factory=dict)
     error: float | None = None  # estimated error of the reference's image; None without an estimate
@@ -84,7 +84,7 @@ class _Job:
 
     @property
     def names(self) -> list[str]:
-        """Names of the images that it needs."""
+        """Names of the images needed."""
         if self.choice.which == "difference":
             return ["generator", "reference"]
         return [name for name in self.choice.names if name != "difference"]
@@ -98,7 +98,7 @@ class _Job:
         return "movie" if self.choice.seconds else "figure"
 
     def left(self, part: float) -> str:
-        """Text with the time that is left, by the part that is done; empty where it is unknown."""
+        """Text with the time that is left, from the finished share; empty if it is unknown."""
         if part < LEAST_PART:
             return ""
         seconds = (monotonic() - self.begun) * (1 - part) / part
@@ -106,7 +106,7 @@ class _Job:
         return f"\nAbout {left} left"
 
     def written(self) -> Iterator[NDArray[np.uint8]]:
-        """Yield a movie's pictures as they are drawn; raise where it is given up."""
+        """Yield a movie's pictures as they are drawn; raise if it is cancelled."""
         while (picture := self.pictures.get()) is not None:
             yield picture
         if self.is_given_up:
@@ -118,7 +118,7 @@ class _GivenUpError(Exception):
 
 
 class FigureSaving(QObject):
-    """Asks how a figure or movie is to be, has it drawn, and saves or copies it."""
+    """Asks for the options of a figure or movie, has it drawn, and saves or copies it."""
 
     def __init__(self, context: Context, overlays: Overlays, error: ImageError) -> None:
         super().__init__(context.window)
@@ -139,7 +139,7 @@ class FigureSaving(QObject):
 
     @property
     def unfinished(self) -> str:
-        """Work that closing the window would lose, in words; empty for none."""
+        """Work that closing the window would lose, as text; empty if none."""
         job = self._job
         if job is None:
             return "A movie is being written" if self._writing.is_running else ""
@@ -176,7 +176,7 @@ class FigureSaving(QObject):
                 self.draw(choice, place)
 
     def first_choice(self) -> FigureChoice:
-        """The choice that the dialog begins with: the last one, at first that of the screen."""
+        """The dialog's first choice: the last one, or the screen's."""
         last, overlays = self._context.preferences.settings.figure, self._overlays
         if last is None:
             marks = overlays.has("legend"), overlays.has("scale_bar")
@@ -189,7 +189,7 @@ class FigureSaving(QObject):
         return FigureChoice(last.longer_side, 0, *look, which, samples, seconds, last.rate)
 
     def sizes(self) -> dict[Which, Size]:
-        """Width and height, in pixels of the screen, of all that can be drawn now."""
+        """Width and height in screen pixels of all that can be drawn now."""
         found: dict[Which, Size] = {}
         compares = self._context.state.tf_input.compares
         two: tuple[Which, ...] = ("reference", "b" if compares else "generator")
@@ -201,7 +201,7 @@ class FigureSaving(QObject):
                 continue
             found[which] = image.width(), image.height()
             if pane.engine == "exact":
-                # An image that is still refined has fewer pixels than it will have.
+                # An image under refinement has fewer pixels than the final one.
                 whole = pane.canvas.picture_rect.size() * pane.canvas.devicePixelRatioF()
                 found[which] = max(found[which], (whole.width(), whole.height()))
         if compares and len(found) == 2:
@@ -230,7 +230,7 @@ class FigureSaving(QObject):
             frames = [replace(inputs, view=view) for view in views]
         job = self._job = self._new_job(choice, place, frames)
         if choice.which == "difference":
-            # Of both images as they are shown: the numbers are the screen's.
+            # Of both images as shown: the numbers must be the screen's.
             if not self._compared():
                 self._fail("There is no difference to save yet. Wait until both images are final.")
                 return
@@ -246,7 +246,7 @@ class FigureSaving(QObject):
         self._ask(self._channels, job, choice.samples)
 
     def cancel(self) -> None:
-        """Give up what is being drawn."""
+        """Cancel the drawing."""
         if self._job is not None:
             self._context.status.say(f"The {self._job.kind} was cancelled.")
         self._end()
@@ -270,7 +270,7 @@ class FigureSaving(QObject):
         return volume, workspace.model.folder, workspace.reference.choices, look
 
     def _ask(self, channels: Channels[str], job: _Job, samples: int, enlarged: int = 1) -> None:
-        """Ask for those images of a job's next frame that it lacks, in pixels of this size."""
+        """Request the missing images of a job's next frame at this size."""
         size, work = panels(job.choice)[-1].size() / enlarged, self._context.workspace.reference
         raster = Raster(max(size.width(), 1), max(size.height(), 1))
         for name in job.lacking:
@@ -314,7 +314,7 @@ class FigureSaving(QObject):
             self._compose(job)
 
     def _compose(self, job: _Job) -> None:
-        """Make a frame of its images, and draw the next one, or deliver all."""
+        """Compose a frame from its images; then draw the next one, or deliver all."""
         if job.by_flip:
             compared = Comparison.of(job.images, by_flip=True)
             self._comparing.ask(lambda: (job, compared, compared.colored))
@@ -343,7 +343,7 @@ class FigureSaving(QObject):
             self._say_left(job, job.drawn / len(job.frames))
             self.progress.setValue(job.drawn)
         if self._job is not job:
-            # Cancelled while the progress was painted.
+            # Cancelled while the progress bar was painted.
             return
         if job.drawn == len(job.frames):
             self._job = None
@@ -364,7 +364,7 @@ class FigureSaving(QObject):
         self._context.status.say(f"Saved {path.absolute()}.")
 
     def _follow(self, name: str, _state: object) -> None:
-        """Ask another engine that is started; give up where it is to draw something else."""
+        """Ask a restarted engine; cancel if it is to draw something else."""
         job, client, preview = self._job, self._panes[name].client, self._preview
         is_started = client.state is EngineState.LOADING
         if preview is not None and is_started:
@@ -375,13 +375,13 @@ class FigureSaving(QObject):
         if job.chosen != self._chosen or client.state not in WITHOUT_ENGINE:
             self._fail(CHANGED.format(job.kind))
         elif is_started:
-            # Its light may be another one than until now.
+            # Its light may have changed.
             titles = {**job.subject.titles, name: self._panes[name].title}
             job.subject = replace(job.subject, titles=titles)
             self._ask(self._channels, job, job.choice.samples)
 
     def _show_part(self, part: float | None) -> None:
-        """Show how much of a figure is there, once it takes long."""
+        """Show the progress of a figure that takes long."""
         job = self._job
         if job is None or part is None or job.choice.seconds:
             return
@@ -402,7 +402,7 @@ class FigureSaving(QObject):
         self.progress = progress = QProgressDialog(text, "Cancel", 0, steps, self._context.window)
         progress.setWindowTitle(title)
         progress.setMinimumDuration(0)
-        # The last step is not the end, and when it closes by itself it says that it was cancelled.
+        # The last step is not the end; closing by itself, it would report a cancellation.
         progress.setAutoClose(False)
         progress.setAutoReset(False)
         progress.canceled.connect(self.cancel)
@@ -474,12 +474,12 @@ class FigureSaving(QObject):
 
 
 def _shape(choice: FigureChoice) -> tuple[Which, int, int]:
-    """Part of a preview's choice that decides which images it needs."""
+    """The options that determine a preview's images."""
     return choice.which, choice.width, choice.height
 
 
 def _add_texts(image: QImage, job: _Job) -> None:
-    """Say in a figure's file how it was made."""
+    """Store in a figure's file how it was made."""
     choice = job.choice
     if choice.scale_bar:
         image.setText("Scale bar", f"Holds {DEPTH_TEXT}")

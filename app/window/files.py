@@ -1,4 +1,4 @@
-"""Files that the user opens or saves: volumes, models, TFs and sensitivities."""
+"""Opening and saving of volumes, models, TFs and sensitivities."""
 
 from __future__ import annotations
 
@@ -46,13 +46,13 @@ MASK_FILTER = "NRRD (*.nrrd);;NIfTI (*.nii.gz *.nii)"
 RAW_SUFFIX, TF_SUFFIX = ".raw", ".json"
 
 KEY, VOLUME_OFFER, READING = "files", "volume of the model", "reading"
-"""Keys of notices: of errors, of the offer of a model's volume, and of a volume that is read."""
+"""Keys of notices: errors, the offer of a model's volume, a volume being read."""
 
-SLOW_MS = 1000  # time of reading after which the window offers to cancel it
+SLOW_MS = 1000  # time after which the window offers to cancel reading
 
 
 class Files(QObject):
-    """Opens what the user points at, asks what is open about it, and saves TFs."""
+    """Opens what the user chooses, asks for what its file leaves open, and saves TFs."""
 
     def __init__(
         self, context: Context, sessions: Sessions, show_small_range: Callable[[], object]
@@ -65,16 +65,16 @@ class Files(QObject):
         self._raw_layout: tuple[Path, RawLayout] | None = None
         self._choice: tuple[Path, Choice] | None = None
         self._model_awaited: Path | None = None
-        self._replaced: Path | None = None  # volume that a model's own takes the place of
+        self._replaced: Path | None = None  # volume to be replaced by a model's own
         self._slow = Pause(self, SLOW_MS, self._offer_cancel)
         self._reading = ""
-        # Each call returns what is to be done in the window with what it read or wrote.
+        # Each call returns an action for the window's thread.
         self._masks = LatestCall("masks", self, lambda go_on: go_on(), self._fail, at_once=True)
-        # What goes on with masks that are read ends with their volume; what is written does not.
+        # Reading of masks ends with their volume; writing does not.
         self._writes = LatestCall("mask", self, lambda go_on: go_on(), self._fail, at_once=True)
 
     def open(self, path: Path) -> None:
-        """Open a file or folder as what it is: a volume, a model, a TF or a session."""
+        """Open a file or folder by its kind: a volume, a model, a TF or a session."""
         if path.is_dir() and (path / MODEL_FILE).exists():
             self.open_model(path)
         elif path.suffix.lower() == TF_SUFFIX and path.is_file():
@@ -85,7 +85,7 @@ class Files(QObject):
             self.open_volume(path)
 
     def open_recent(self, kind: RecentKind, path: Path) -> None:
-        """Open a recent file, or say that it is gone."""
+        """Open a recent file, or report that it is gone."""
         if not path.exists():
             self._fail(f"{path} does not exist any more. Open it from its new place.")
         elif kind == "models":
@@ -112,7 +112,7 @@ class Files(QObject):
         choice: Choice | None,
         scale: ValueScale | None = None,
     ) -> None:
-        """Open the volume that the window begins with; see :meth:`open_volume`."""
+        """Open the first volume of the window; see :meth:`open_volume`."""
         self._read(path, choice, Wanted(scalar_range=scalar_range, scale=scale))
 
     def open_volume(
@@ -120,8 +120,8 @@ class Files(QObject):
     ) -> None:
         """Open a volume, and a model with it.
 
-        The layout of a headerless file that does not say it is asked for first. Of several volumes
-        in a file the one chosen before is opened, or the largest; then the choice is asked for.
+        First ask for a headerless file's layout if its name does not give it. Of several volumes in
+        a file, open the one chosen before, or the largest; then ask which one to show.
         """
         self._model_awaited = model
         layout = None
@@ -133,9 +133,9 @@ class Files(QObject):
         self._read(path, choice, Wanted(layout, model=model))
 
     def open_model(self, folder: Path, volume: Path | None = None) -> None:
-        """Open a model, unless something is wrong with it, with its volume if that is there.
+        """Open a valid model, with its volume if that exists.
 
-        Where no volume is given, and another one is open, the model's volume is offered.
+        If no volume is given and another one is open, offer the model's volume.
         """
         opened = self._workspace.opened
         try:
@@ -189,7 +189,7 @@ class Files(QObject):
         self._context.saved(KEY, save_figure if is_figure else save_numbers, path, result)
 
     def open_mask(self, path: Path) -> None:
-        """Read labels in the background, and ask which are shown if there is a choice."""
+        """Read labels in the background, and ask which ones to show if there are several."""
         opened, present = self._workspace.opened, self._context.state.mask_input.value
         if opened is None:
             return
@@ -229,31 +229,31 @@ class Files(QObject):
                 write_mask(path, mask, opened.volume)
                 return partial(self._status.say, f"Saved {path.absolute()}.")
 
-            # The one before may go to the same file.
+            # An earlier one may use the same file.
             self._writes.join()
             self._writes.ask(write)
 
     def join(self) -> None:
-        """Wait until no mask is read or written any more."""
+        """Wait until masks are read and written."""
         for call in (self._masks, self._writes):
             call.stop()
             call.join()
 
     def ask_for_content(self) -> None:
-        """List what the open volume's file holds, to choose from."""
+        """List the volumes in the open volume's file, to choose from."""
         opened = self._workspace.opened
         if opened is None or not opened.volume.file.contents:
             return
         path, contents = opened.path, opened.volume.file.contents
         dialog = ContentsDialog(path.name, contents, partial(self.open_volume, path), self._window)
-        # What is kept is not asked for again.
+        # A remembered choice is not asked for again.
         kept = partial(self._preferences.note_volume, opened.fingerprint)
         dialog.rejected.connect(partial(kept, choice=dialog.choice().text))
         dialog.finished.connect(dialog.deleteLater)
         dialog.open()
 
     def show_properties(self) -> None:
-        """Show all that is known of the open volume and its file."""
+        """Show the properties of the open volume and its file."""
         opened = self._workspace.opened
         if opened is not None:
             PropertiesDialog(opened.path, opened.volume, self._respace, self._window).open()
@@ -281,7 +281,7 @@ class Files(QObject):
         self._workspace.opening.open(path, wanted)
 
     def note_reading(self, name: str) -> None:
-        """Offer to cancel a reading that takes long, until it has ended."""
+        """Offer to cancel reading that takes long."""
         self._reading = name
         if name:
             self._slow.start()
@@ -294,8 +294,8 @@ class Files(QObject):
         self._notices.add(f"Reading {self._reading} …", cancel, key=READING)
 
     def start_volume(self) -> None:
-        """Ask which of a file's volumes to show, and say where a model is of another volume."""
-        # Labels that are read were meant for the volume before.
+        """Ask which of a file's volumes to show, and report a model of another volume."""
+        # Labels being read were meant for the previous volume.
         self._masks.forget()
         for dialog in self._window.findChildren(LabelsDialog):
             dialog.reject()
@@ -305,7 +305,7 @@ class Files(QObject):
         folder, self._model_awaited = self._model_awaited, None
         before, self._replaced = self._replaced, None
         if folder is not None and folder == self._workspace.model.folder:
-            # The file that was opened with it may not be its volume any more.
+            # The file opened with it may have changed.
             self._offer_volume(folder, self._workspace.library.scene_of(folder))
             if before is not None and opened is not None:
                 text = f"{opened.volume.name} was opened because the model was trained on it."
@@ -332,7 +332,7 @@ class Files(QObject):
         return opened is not None and opened.fingerprint == scene.volume_fingerprint
 
     def _known_layout(self, path: Path) -> RawLayout | None:
-        """Layout that a raw file's name says, or that was entered for it before, if it fits."""
+        """Layout of a raw file from its name, or as entered before, if it fits."""
         for text in (self._preferences.volume_at(path).raw_layout, path.stem):
             layout = RawLayout.parse(text) if text else None
             if layout is not None and layout.nbytes == path.stat().st_size:
@@ -351,7 +351,7 @@ class Files(QObject):
             dialog.deleteLater()
 
     def remember_layout(self) -> None:
-        """Remember how the open volume's file was read."""
+        """Remember the options by which the open volume was read."""
         opened = self._workspace.opened
         kept = {"raw_layout": self._raw_layout, "choice": self._choice}
         for name, known in kept.items():

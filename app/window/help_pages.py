@@ -6,7 +6,7 @@ from PySide6.QtWidgets import QDialog, QLineEdit, QWidget
 
 from app.glosses import open_page
 
-KEYS_WIDTH = 310  # pixels of the column of keys, the same in all areas
+KEYS_WIDTH = 310  # width of the column of keys in pixels, equal in all areas
 
 
 _TABLE = """
@@ -93,7 +93,7 @@ Ctrl+Z; Ctrl+Y | undo, redo an edit; for the view, Home
 Ctrl+Shift+S | save or copy a figure
 B | browse TFs
 """
-"""Gesture | its effect; then, for the status line, both in short."""
+"""Gesture | its effect; then both in short, for the status line."""
 
 
 def _areas() -> dict[str, list[list[str]]]:
@@ -116,7 +116,7 @@ def status_keys(area: str) -> str:
 
 
 def help_text(wanted: str = "") -> str:
-    """Return the help's page, or what in it has all of some words."""
+    """Return the help page, or its rows that have all of some words."""
     words = wanted.lower().split()
     parts = []
     for area, gestures in GESTURES.items():
@@ -140,7 +140,7 @@ Rendering</i>, IEEE TVCG 2018. The ground truth is rendered by VTK or by
 
 
 def show_gestures(window: QWidget) -> QDialog:
-    """Show all keys and gestures, to be searched."""
+    """Show all keys and gestures, with a search field."""
     wanted = QLineEdit()
     wanted.setPlaceholderText("Search")
     wanted.setAccessibleName("Search keys and gestures")
@@ -152,5 +152,5 @@ def show_gestures(window: QWidget) -> QDialog:
 
 
 def show_about(window: QWidget) -> QDialog:
-    """Show what tfscope is."""
+    """Show the page about tfscope."""
     return open_page(window, "About tfscope", ABOUT)[1]

@@ -31,7 +31,7 @@ from model.rendering.scale_bar import Scale
 
 
 class MainWindow(WindowParts):
-    """Shows a generator's image and the ground truth while the user edits view and TF."""
+    """Shows the generator's image and the ground truth while the user edits view and TF."""
 
     def __init__(
         self,
@@ -56,14 +56,14 @@ class MainWindow(WindowParts):
             shortcut.activated.connect(lambda step=step: self._move_focus(step))
         self._connect()
         self.arrange()
-        # Not the bar's first button: keys are the images' at the start.
+        # Not the bar's first button: the images have the keys at first.
         self.reference.canvas.setFocus()
         self._show_model()
         if self.preferences.start_problem:
             self.context.fail(self.preferences.start_problem)
 
     def _connect(self) -> None:
-        """Say what follows what; what an opened volume leads to is below, in order."""
+        """Connect signals; what an opened volume leads to is below, in order."""
         workspace, work = self.workspace, self.workspace.reference
         fail = self.context.fail
         wires: list[tuple[SignalInstance, Callable[..., object]]] = [
@@ -98,7 +98,7 @@ class MainWindow(WindowParts):
         self._show_light()
 
     def _note_pixels(self) -> None:
-        """Have images of the size of a pane that is in sight, once it is laid out."""
+        """Request images of the size of a visible pane, once it is laid out."""
         canvas = self.panes.images[0].canvas
         if canvas.width() >= canvas.minimumSizeHint().width():
             self.workspace.reference.set_pane_pixels(*canvas.pixels)
@@ -110,7 +110,7 @@ class MainWindow(WindowParts):
         return list(dict.fromkeys(errors))
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Show what an edit would change while Ctrl or W is held; end what goes on by Escape."""
+        """Show the effect of edits while Ctrl or W is held; end actions by Escape."""
         self._alt_alone = event.key() == Qt.Key.Key_Alt
         if event.key() == Qt.Key.Key_Control:
             self._show_effect(True)
@@ -121,7 +121,7 @@ class MainWindow(WindowParts):
             super().keyPressEvent(event)
 
     def keyReleaseEvent(self, event: QKeyEvent) -> None:
-        """Show the images again, or where the value under the mouse is visible."""
+        """Show the images again, or mark where the value under the mouse is visible."""
         if event.key() == Qt.Key.Key_Control:
             self._show_effect(False)
         if event.key() == Qt.Key.Key_Alt and self._alt_alone and self.top_bar.is_folded:
@@ -132,32 +132,32 @@ class MainWindow(WindowParts):
             super().keyReleaseEvent(event)
 
     def event(self, event: QEvent) -> bool:
-        """Show the keys of what is under the mouse, which Qt sends as its status tip."""
+        """Show the keys of the area under the mouse, which Qt sends as its status tip."""
         if isinstance(event, QStatusTipEvent):
             self.status.show_area(event.tip())
             return True
         return super().event(event)
 
     def changeEvent(self, event: QEvent) -> None:
-        """End what is held when another window takes the keys."""
+        """Release held keys when another window gets the focus."""
         if event.type() == QEvent.Type.ActivationChange and not self.isActiveWindow():
             self.sensitivity.what_if.end()
         super().changeEvent(event)
 
     def dragEnterEvent(self, event: QDragEnterEvent) -> None:
-        """Take files."""
+        """Accept dragged files."""
         if any(url.isLocalFile() for url in event.mimeData().urls()):
             event.acceptProposedAction()
 
     def dropEvent(self, event: QDropEvent) -> None:
-        """Open files: volumes, models and TFs."""
+        """Open dropped files: volumes, models and TFs."""
         event.acceptProposedAction()
         for url in event.mimeData().urls():
             if url.isLocalFile():
                 self.files.open(Path(url.toLocalFile()))
 
     def closeEvent(self, event: QCloseEvent) -> None:
-        """Hide the window at once, then wait for the threads to end."""
+        """Hide the window at once, then wait for its threads."""
         if self.isVisible() and not self._may_quit():
             event.ignore()
             return
@@ -181,17 +181,17 @@ class MainWindow(WindowParts):
         return QMessageBox.question(self, "Quit", text) == buttons.Yes
 
     def _escape(self) -> bool:
-        """End what was begun last, or dismiss the newest notice; return False if there is none."""
+        """End the last action, or dismiss the newest notice; return False if there is none."""
         if self.ruler.end() or self.sensitivity.escape() or self.ruler.remove():
             return True
         if self.crop_card.is_shown:
             self.crop_card.set_shown(False)
             return True
-        # Wherever the focus is: the status line names the key for what is under the mouse.
+        # Wherever the focus is: the status line shows the keys of the area under the mouse.
         return self.browser.escape() or self.notice.dismiss_newest()
 
     def _show_effect(self, effect: bool) -> None:
-        """Show the effect of edits, or where values are visible, at the value under the mouse."""
+        """Show the effect of edits at the value under the mouse, or where it is visible."""
         band = self.sensitivity_state.band
         if band is not None and not band.kept:
             self.sensitivity_state.show_effect(effect)
@@ -203,7 +203,7 @@ class MainWindow(WindowParts):
         here = []
         if focus is not None:
             here = [n for n, a in enumerate(areas) if a is focus or a.isAncestorOf(focus)]
-        # From nowhere, forwards begins at the first one, and backwards at the last.
+        # Without a focus, begin at the first area, or backwards at the last.
         start = here[-1] if here else (-1 if step > 0 else 0)
         wanted = _first_in(areas[(start + step) % len(areas)]) if areas else None
         if wanted is not None:
@@ -224,14 +224,14 @@ class MainWindow(WindowParts):
         self.panes.is_browsing = False
 
     def _show_crop_handles(self, _change: object) -> None:
-        # While a region is drawn, the mouse is the drawing's.
+        # While a region is drawn, the mouse draws.
         shown = self.crop_card.is_shown and self.sensitivity_state.tool is None
         for handles in self.crop_handles:
             handles.set_active(shown)
         self.menus.refresh()
 
     def arrange(self) -> None:
-        """Show what suits the images that are there."""
+        """Show the controls that suit the visible images."""
         super().arrange()
         images = self.panes.images
         shown = self.generator in images, self.reference in images, self.panes.compares
@@ -242,10 +242,10 @@ class MainWindow(WindowParts):
         self.menus.refresh()
 
     def _show_panes(self) -> None:
-        """Show B where it is compared with A, and which of them is edited."""
+        """Show B if it is compared with A, and mark the edited one."""
         tf_input = self.state.tf_input
         if tf_input.compares and not self.panes.compares:
-            # The map of TFs is in its place.
+            # The map of TFs takes its place.
             self.latent_state.choose(shown=False)
         self.panes.show_b(tf_input.compares)
         if not tf_input.compares:
@@ -271,7 +271,7 @@ class MainWindow(WindowParts):
         self.status.show_preparation(done, wanted, self.workspace.reference.preparation.text)
 
     def _show_light(self) -> None:
-        """Name the light of the reference, and the one that follows once it can be drawn."""
+        """Name the reference's light, and the one that follows once it can be drawn."""
         work = self.workspace.reference
         for pane, settings, wanted in (
             (self.reference, work.settings, work.wanted),
@@ -286,9 +286,9 @@ class MainWindow(WindowParts):
         self._show_focus()
 
     def _show_model(self) -> None:
-        """Make room for the generator's image, or give it to the reference."""
+        """Make room for the generator's image, or give its room to the reference."""
         model = self.workspace.model
-        # Until it draws something else, one image is enough.
+        # One image is enough until they differ.
         self.panes.has_model = model.folder is not None and not model.awaits_path
         self.generator.set_drawer(model.title, model.who, model.errors)
         self.brightness.set_lighting("learned", self.workspace.model.lighting)
@@ -301,12 +301,12 @@ class MainWindow(WindowParts):
             self.empty_card.set_shown(False)
 
     def _take_read(self, opened: OpenedVolume) -> None:
-        # Errors of an earlier file no longer apply.
+        # Errors of the previous file no longer apply.
         self.notice.clear()
         self.sessions.take_read(opened)
 
     def _show_volume(self, opened: OpenedVolume) -> None:
-        """Show an opened volume, before its TF is set."""
+        """Show an opened volume before its TF is set."""
         self._b_returns = False
         volume = opened.volume
         self.files.remember_layout()
@@ -326,7 +326,7 @@ class MainWindow(WindowParts):
         self.editor.set_data(_plot_data(opened))
 
     def _start_volume(self) -> None:
-        """Show and ask what an opened volume needs, now that its TF is set."""
+        """Show an opened volume's notices and questions, now that its TF is set."""
         self.up_axis_card.start_volume()
         self.sessions.start_volume()
         opened = self.workspace.opened
@@ -347,7 +347,7 @@ class MainWindow(WindowParts):
 
     def _show_scale(self, opened: OpenedVolume) -> None:
         self.editor.set_scale(_plot_data(opened))
-        # A band kept over the plot would be one of other values.
+        # A band kept over the plot would mark other values.
         self.sensitivity_state.release()
         self.scene_notices.show_scale(opened)
 

@@ -57,7 +57,7 @@ Test = Callable[[], bool]
 
 
 class Menus:
-    """Fills the menu bar, and has the buttons of the top bar act."""
+    """Fills the menu bar, and connects the top bar's buttons."""
 
     def __init__(self, window: WindowParts) -> None:
         self._window, self._refreshes = window, list[Slot]()
@@ -82,12 +82,12 @@ class Menus:
         self.refresh()
 
     def refresh(self) -> None:
-        """Check, enable, name and show all entries and buttons as the window is now."""
+        """Update all entries and buttons: checked, enabled, named and shown."""
         for refresh in self._refreshes:
             refresh()
 
     def _if_opened(self, test: Callable[[OpenedVolume], object] = lambda _: True) -> Test:
-        """Return a test that fails without a volume."""
+        """Return a condition that also needs a volume."""
         workspace = self._window.workspace
         return lambda: workspace.opened is not None and bool(test(workspace.opened))
 
@@ -104,7 +104,7 @@ class Menus:
         is_on: Test | None = None,
         is_there: Test | None = None,
     ) -> None:
-        """Add an entry that is checked where something is on, and seen where it is of use."""
+        """Add an entry that is checked if a setting is on, and shown if it is of use."""
 
         def act() -> None:
             slot()
@@ -128,7 +128,7 @@ class Menus:
         self._refreshes.append(lambda: actions[present()].setChecked(True))
 
     def _add_alone(self, caption: CaptionButton, shown: Shown) -> QMenu:
-        """Add an entry that shows one image alone, or both again."""
+        """Add an entry that shows one image alone, or both."""
         menu, panes = caption.add_menu(), self._window.panes
 
         def is_alone() -> bool:
@@ -145,7 +145,7 @@ class Menus:
         return menu
 
     def _fill_bar(self) -> None:
-        """Have each button of the bar do what its action does, whose keys work everywhere."""
+        """Connect each of the bar's buttons to its action, whose keys work everywhere."""
         window = self._window
         bar, panes, crop = window.top_bar, window.panes, window.crop_card
         latent, error = window.latent_state, window.image_error
@@ -189,7 +189,7 @@ class Menus:
         self._refreshes.append(refresh)
 
     def _two_follow(self) -> bool:
-        """Whether there are two images, or will be; say what is in the way."""
+        """Whether there are two images, or will be; if not, report why."""
         window = self._window
         panes, model, say = window.panes, window.workspace.model, window.status.say
         if panes.is_browsing:
@@ -199,7 +199,7 @@ class Menus:
         return panes.can_compare or model.awaits_path
 
     def _act(self, button: IconButton, slot: Slot, *keys: str) -> QAction:
-        """Return an action that a button does, and as which it looks."""
+        """Return an action for a button, which follows its state."""
         action = QAction(button.accessibleName(), self._window)
         action.setCheckable(button.isCheckable())
         action.setShortcuts([QKeySequence(key) for key in keys])
@@ -212,7 +212,7 @@ class Menus:
 
         def press(_checked: bool = False) -> None:
             action.trigger()
-            # Where the action changes nothing, the button stays as it was.
+            # If the action changes nothing, the button stays as it was.
             follow()
 
         button.clicked.connect(press)
@@ -330,7 +330,7 @@ class Menus:
             overlays.choose_background,
         )
         menu.addSeparator()
-        # Not remembered: at the next start the editor is there again.
+        # Not remembered: the editor is shown at the next start.
         self._add(
             menu, "&TF editor", lambda: editor.set_folded(not editor.is_folded), "F9",
             is_on=lambda: not editor.is_folded,
@@ -338,7 +338,7 @@ class Menus:
         self._add(menu, "F&ull screen", toggle_full, "F11", is_on=window.isFullScreen)
 
     def _fill_of_b(self) -> QMenu:
-        """Return the menu of A and B, which both of their captions and the editor have."""
+        """Return the menu of A and B, shared by both captions and the editor."""
         window, panes, tf_input = self._window, self._window.panes, self._window.state.tf_input
         work = window.workspace.reference
         menu = QMenu("&A and B", window)
@@ -383,7 +383,7 @@ class Menus:
             self._window.panes.show_b(True, not self._window.panes.wipes)
 
     def _face_clip(self) -> None:
-        """Cut by a plane that faces the viewer, and show how to move it."""
+        """Cut by a plane that faces the viewer, and show the keys that move it."""
         self._window.state.face_clip()
         self._window.crop_card.set_shown(True)
 
@@ -392,7 +392,7 @@ class Menus:
         stack = edits.stack
         undo = add_action(menu, "&Undo", edits.undo, keys.Undo)
         redo = add_action(menu, "Redo", edits.redo)
-        # Both of the usual keys, whatever the system's own is.
+        # Both usual keys, whatever the system's own is.
         usual = [*QKeySequence.keyBindings(keys.Redo), QKeySequence("Ctrl+Y")]
         redo.setShortcuts(list(dict.fromkeys(usual)))
         for action, changed in ((undo, stack.canUndoChanged), (redo, stack.canRedoChanged)):
@@ -436,7 +436,7 @@ class Menus:
         self._add(menu, "&About tfscope", partial(show_about, self._window))
 
     def _add_networks(self, menu: QMenu) -> None:
-        """Add the shipped networks, those of the open volume, and what opens and closes others."""
+        """Add the shipped networks, those of the open volume, and entries for others."""
         show_tips(menu)
         files, workspace = self._window.files, self._window.workspace
         listed: list[QAction] = []
@@ -471,7 +471,7 @@ class Menus:
         menu.aboutToShow.connect(fill)
 
     def _add_recent(self, menu: QMenu, kind: RecentKind) -> None:
-        """Add a menu of recent files, which is there once there are any."""
+        """Add a menu of recent files, hidden without any."""
         recent, window = menu.addMenu(RECENT[kind]), self._window
         show_tips(recent)
 

@@ -1,4 +1,4 @@
-"""Notices and cards, which float over the images and move nothing."""
+"""Notices and cards, which float over the images."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from app import theme
 from app.controls import Action, Card, action_button, announce, fill, label, order_focus
 from app.icons import IconButton
 
-WIDTH = 480  # of a notice at most, as longer lines are hard to read
+WIDTH = 480  # largest width of a notice, as longer lines are hard to read
 MOST_SHOWN, MOST_KEPT = 3, 20  # notices shown at once; and kept until there is room
-MOST_ACTIONS = 2  # buttons of one notice, apart from the one that dismisses it
+MOST_ACTIONS = 2  # buttons of one notice, without the one that dismisses it
 
 NoticeTone = Literal["plain", "error"]
 
 
 class Notices(QWidget):
-    """Lists notices, the newest first, until the user dismisses each; hidden without any."""
+    """Lists notices, newest first, until the user dismisses them; hidden without any."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -37,15 +37,15 @@ class Notices(QWidget):
 
     @property
     def text(self) -> str:
-        """The sentences, one a line, the newest first; empty if there is none."""
+        """The sentences, one per line, newest first."""
         return "\n".join(line.text for line in self._lines)
 
     def come_after(self, widget: QWidget) -> None:
-        """Have Tab go from a widget to the notices that come from now on."""
+        """Let Tab go from a widget to later notices."""
         self._before = widget
 
     def add(self, text: str, *actions: Action, key: str = "", tone: NoticeTone = "plain") -> None:
-        """Show a notice above those that are there, instead of one with the same text or key."""
+        """Show a notice above the others; it replaces one with the same text or key."""
         if len(actions) > MOST_ACTIONS:
             raise ValueError(f"A notice has room for {MOST_ACTIONS} actions, not {len(actions)}.")
         for line in [*self._lines]:
@@ -62,7 +62,7 @@ class Notices(QWidget):
         for button in buttons:
             line.row.addWidget(button)
         if self._before is not None:
-            # Else Tab would reach them after all the rest of the window.
+            # Otherwise Tab would reach them after the rest of the window.
             order_focus([self._before, *buttons])
         for old in self._lines[MOST_KEPT:]:
             self._remove(old)
@@ -70,20 +70,20 @@ class Notices(QWidget):
         announce(self, text, at_once=tone == "error")
 
     def clear(self, key: str = "") -> None:
-        """Remove the notice with a key; without one, remove all."""
+        """Remove the notice with a key, or all notices."""
         for line in [*self._lines]:
             if not key or line.key == key:
                 self._remove(line)
 
     def dismiss_newest(self) -> bool:
-        """Remove the notice that is shown first; return False if there is none."""
+        """Remove the first notice; return False if there is none."""
         if self._lines:
             self._remove(self._lines[0])
             return True
         return False
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Dismiss the notice that has the focus on Escape."""
+        """Dismiss the focused notice on Escape."""
         if event.key() == Qt.Key.Key_Escape and not event.modifiers():
             for line in [*self._lines]:
                 if line.has_focus:
@@ -100,7 +100,7 @@ class Notices(QWidget):
         return QSize(0, 0)
 
     def _show(self) -> None:
-        """Show the newest notices, and how many more there are."""
+        """Show the newest notices, and the number of the others."""
         for place, line in enumerate(self._lines):
             line.setVisible(place < MOST_SHOWN)
         hidden = len(self._lines) - MOST_SHOWN
@@ -143,23 +143,23 @@ class _Line(Card):
 
     @property
     def has_focus(self) -> bool:
-        """Whether one of the buttons, or the sentence, takes the keys."""
+        """Whether a button or the sentence has the focus."""
         focused = QApplication.focusWidget()
         return focused is not None and self.isAncestorOf(focused)
 
 
-TOP, BOTTOM = 40, 44  # to the upper edge, below captions, and to the lower one, above colour bars
-SIDE, GAP = 8, 8  # least distance to the other edges, and between two, in pixels
+TOP, BOTTOM = 40, 44  # distance to the upper edge (captions) and the lower one (colour bars)
+SIDE, GAP = 8, 8  # least distance to the other edges, and between widgets, in pixels
 
 _KINDS = QEvent.Type
 _PLACES = {
     *(_KINDS.Show, _KINDS.Hide, _KINDS.ShowToParent, _KINDS.HideToParent, _KINDS.LayoutRequest)
 }
-"""Events after which something has another size, or is there or gone."""
+"""Events that may change a widget's size or visibility."""
 
 
 class Floating(QObject):
-    """Keeps widgets over an area in their places, each as large as it must be."""
+    """Places widgets over an area, each as large as it must be."""
 
     def __init__(self, area: QWidget) -> None:
         super().__init__(area)
@@ -171,24 +171,24 @@ class Floating(QObject):
         area.installEventFilter(self)
 
     def add(self, column: Literal["top", "bottom"], widget: QWidget) -> None:
-        """Have a widget float at the top, or at the bottom, below or next to those there."""
+        """Let a widget float at the top, or at the bottom, below or next to others."""
         hidden = widget.isHidden()
         widget.setParent(self._area)
-        # A new parent hides what it is given.
+        # A new parent hides the widget.
         widget.setVisible(not hidden)
         widget.installEventFilter(self)
         self._columns[column].append(widget)
         self._place()
 
     def set_corner_of(self, widget: QWidget | None) -> None:
-        """Put what floats at the bottom in the corner of a widget of the area; None: of all."""
+        """Put the widgets at the bottom in the corner of a widget of the area, or of the area."""
         self._around = widget
         if widget is not None:
             widget.installEventFilter(self)
         self._place()
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Follow the places, the sizes of what floats, and the mouse that drags a card."""
+        """Follow changes of positions and sizes, and the mouse that drags a card."""
         if isinstance(event, QMouseEvent) and watched in self._columns["bottom"]:
             return self._drag(watched, event)
         moved = event.type() in (QEvent.Type.Resize, QEvent.Type.Move)
@@ -216,15 +216,15 @@ class Floating(QObject):
             y = self._place_row(row, y) - GAP
 
     def _place_row(self, row: dict[QWidget, QSize], bottom: int) -> int:
-        """Place widgets next to each other, and return their upper edge."""
+        """Place widgets side by side, and return their upper edge."""
         width = sum(size.width() + GAP for size in row.values()) - GAP
         corner = self._ground().left() + SIDE
         left = max(min(corner, self._area.width() - SIDE - width), 0)
         top = bottom
         for widget, size in row.items():
-            # On a low screen it may lie over the captions, but not beyond the area.
+            # On a low screen it may cover the captions, but not leave the area.
             upper = max(bottom - size.height(), 0)
-            # Where the lowest would reach the image's centre, it lies over the colour bars.
+            # If it would reach the image's centre, it covers the colour bars.
             if bottom == self._area.height() - BOTTOM and upper <= self._ground().center().y():
                 upper = max(self._area.height() - SIDE - size.height(), 0)
             widget.setGeometry(left, upper, size.width(), size.height())
@@ -244,14 +244,14 @@ class Floating(QObject):
         return QSize(width, high if high >= 0 else widget.sizeHint().height())
 
     def _ground(self) -> QRect:
-        """Point at which cards have their corner."""
+        """Position of the cards' corner."""
         around = self._around
         if around is None or around.isHidden():
             return self._area.rect()
         return QRect(around.mapTo(self._area, around.rect().topLeft()), around.size())
 
     def _drag(self, card: QWidget, event: QMouseEvent) -> bool:
-        """Take, move or let go a card; controls on it have their clicks before."""
+        """Grab, move or release a card; controls on it get clicks first."""
         kind, at = event.type(), event.globalPosition().toPoint()
         is_left = event.button() == Qt.MouseButton.LeftButton
         if kind == QEvent.Type.MouseButtonPress and is_left:
@@ -261,7 +261,7 @@ class Floating(QObject):
             self._place()
         elif kind == QEvent.Type.MouseMove and self._grip is not None and self._grip[0] is card:
             free, place = _room(self._area.rect(), card.size()), at - self._grip[1]
-            # A share of the room, so that it follows the window's size.
+            # As a share of the free area, to follow the window's size.
             self._moved[card] = QPointF(
                 min(max(place.x() / max(free.x(), 1), 0.0), 1.0),
                 min(max(place.y() / max(free.y(), 1), 0.0), 1.0),
@@ -269,10 +269,10 @@ class Floating(QObject):
             self._place()
         elif kind == QEvent.Type.MouseButtonRelease:
             self._grip = None
-        # What happens on a card is not the image's.
+        # Events on a card do not reach the image.
         return True
 
 
 def _room(area: QRect, size: QSize) -> QPoint:
-    """Largest place of a widget's upper left corner in an area."""
+    """Largest position of a widget's upper left corner in an area."""
     return QPoint(max(area.width() - size.width(), 0), max(area.height() - size.height(), 0))

@@ -43,7 +43,7 @@ Overlay = Literal["cube", "legend", "scale_bar", "opacity_images"]  # settings o
 
 
 class Overlays(QObject):
-    """Shows what the settings say over each pane's image; nothing while there is no volume."""
+    """Shows overlays on each pane's image as the settings say, if there is a volume."""
 
     def __init__(self, context: Context) -> None:
         super().__init__(context.window)
@@ -55,7 +55,7 @@ class Overlays(QObject):
         self._previewed: OpacityTF | None = None
         self._cubes = [OrientationCube(context.state, canvas) for canvas in canvases]
         for pane, cube in zip(self._panes, self._cubes, strict=True):
-            # While something moves, with each image: it lies over that, and both are painted.
+            # While something moves, with each image: both are painted anyway.
             pane.imageShown.connect(lambda *_, cube=cube: cube.follow())
         self._right = canvases[-1]
         self.insets = [OpacityInset(pane) for pane in self._panes]
@@ -70,42 +70,42 @@ class Overlays(QObject):
 
     @property
     def legend_tf(self) -> TransferFunction:
-        """The TF of the legend: that under edit, or of the picture that covers the image."""
+        """The legend's TF: the edited one, or that of the picture that covers the image."""
         tf = self._state.transfer_function
         return tf if self._previewed is None else replace(tf, opacity=self._previewed)
 
     def has(self, overlay: Overlay) -> bool:
-        """Whether something is shown over the images."""
+        """Whether an overlay is shown."""
         return bool(getattr(self._preferences.settings, overlay))
 
     def toggle(self, overlay: Overlay) -> None:
-        """Show something over the images, or hide it."""
+        """Show or hide an overlay."""
         self._preferences.set(**{overlay: not self.has(overlay)})
         self.refresh()
 
     def choose_background(self, choice: BackgroundChoice) -> None:
-        """Put something else behind the images."""
+        """Set the images' background."""
         self._preferences.set(background=choice)
         self.refresh()
 
     def preview(self, opacity: OpacityTF | None) -> None:
-        """Have the legend of a picture of another opacity TF; None for the image's again."""
+        """Set the legend to another opacity TF's picture; None for the image's own."""
         self._previewed = opacity
         self._right.update()
 
     def start_volume(self, subject: Subject) -> None:
-        """Show what is wanted of another volume."""
+        """Update the overlays for another volume."""
         self.subject = subject
         self._has_volume = True
         self.refresh()
 
     def lie_over(self, canvas: ImageCanvas) -> None:
-        """Show cube and legend over one canvas: the rightmost that is there."""
+        """Show cube and legend over the rightmost canvas."""
         self._right = canvas
         self.refresh()
 
     def refresh(self) -> None:
-        """Show what the settings say."""
+        """Follow the settings."""
         for canvas, cube in zip(self._canvases, self._cubes, strict=True):
             cube.setVisible(self.has("cube") and self._has_volume and canvas is self._right)
         for pane, inset in zip(self._panes, self.insets, strict=True):
@@ -139,13 +139,13 @@ UNUSUAL = (
 
 
 class ImageError(QObject):
-    """Compares two images at rest, and says in a caption how far they are apart.
+    """Compares two images at rest, and shows their difference as a number in a caption.
 
-    They are the generator's and the ground truth, or B and A. Where it is wanted, the difference of
-    each pixel is shown over the generator's image, or over B; FLIP is computed in a thread.
+    They are the generator's and the ground truth, or B and A. On request, each pixel's difference
+    is shown over the generator's image or B; FLIP is computed in a thread.
 
-    Where the generator was trained under another light, or only a part of the volume is shown, or
-    in an orthographic view, which models are not trained for, there is nothing to compare.
+    Nothing is compared if the generator was trained under another light, in an orthographic view,
+    or if only a part of the volume is shown: models are not trained for these.
     """
 
     def __init__(self, context: Context) -> None:
@@ -155,7 +155,7 @@ class ImageError(QObject):
         self._context, self._preferences = context, context.preferences
         self._coloring = LatestCall("difference", self, self._take_colored, self._refuse)
         self._shown: dict[EnginePane, tuple[SceneInputs, Image, ReferenceSettings]] = {}
-        self.is_wanted = False  # whether the difference is shown where there is one
+        self.is_wanted = False  # whether to show the difference if there is one
         self._difference: QImage | None = None
         self._compared: Comparison | None = None
         for pane in context.panes:
@@ -165,12 +165,12 @@ class ImageError(QObject):
 
     @property
     def pane(self) -> EnginePane:
-        """The pane whose image is compared with the reference's."""
+        """Pane whose image is compared with the reference's."""
         return self._pane_b if self._state.tf_input.compares else self._generator
 
     @property
     def compared(self) -> Comparison | None:
-        """The image that is compared, and the reference's; None where they do not compare."""
+        """The compared image and the reference's; None if they cannot be compared."""
         if not {self.pane, self._reference} <= self._shown.keys() or self.pane.rgba is None:
             return None
         pair = self.pane, self._reference
@@ -185,23 +185,23 @@ class ImageError(QObject):
         if not is_b and (not alike or is_unknown):
             return None
         found = Comparison(drawn, truth, is_b, self.choice == "flip")
-        # The one before keeps what was computed.
+        # The old one keeps what was computed.
         return self._compared if found.is_of(self._compared) else found
 
     @property
     def choice(self) -> DifferenceChoice:
-        """Measure of the difference."""
+        """Name of the difference's measure."""
         return self._preferences.settings.difference
 
     @property
     def is_by_flip(self) -> bool:
-        """Whether a figure's difference is FLIP; says so where FLIP is not installed."""
+        """Whether a figure's difference is FLIP; reports a missing installation."""
         if self.choice == "flip" and (clause := missing("evaluate")) is not None:
             self._refuse(f"For this {clause}")
         return self.choice == "flip"
 
     def choose(self, choice: DifferenceChoice) -> None:
-        """Measure the difference otherwise."""
+        """Set the difference's measure."""
         self._preferences.set(difference=choice)
         self.compare()
 
@@ -215,7 +215,7 @@ class ImageError(QObject):
         return work.settings_b if pane is self._pane_b else work.settings
 
     def compare(self) -> None:
-        """Compare the images that are there, or say nothing until they are."""
+        """Compare the images if both are there."""
         compared = self.compared
         if compared is None:
             self._clear()
@@ -229,7 +229,7 @@ class ImageError(QObject):
             said = said.replace("error", "differs from A by") if error else "same as A"
             tip = TIP_B
         elif lighting == "path" and not error:
-            # Of one sample, the ground truth is the generator's own picture.
+            # With one sample, the ground truth is the generator's own picture.
             said = ""
         elif self._workspace.model.is_unusual(error):
             tip, is_unusual = f"{TIP} {UNUSUAL}", True
@@ -255,12 +255,12 @@ class ImageError(QObject):
             pane.canvas.update()
 
     def join(self) -> None:
-        """Compute no difference any more, and wait until the thread has ended."""
+        """Stop computing differences, and wait for the thread."""
         self._coloring.stop()
         self._coloring.join()
 
     def set_wanted(self, wanted: bool) -> None:
-        """Show the difference over the image that is compared, or no longer."""
+        """Show or hide the difference over the compared image."""
         self.is_wanted = wanted
         self.compare()
 
@@ -281,8 +281,8 @@ class ImageError(QObject):
         paint_bar(painter, place, whole.right(), compared.measure, text)
 
     def follow(self) -> None:
-        """Compare images no longer that are not those of the present state."""
-        # The focus may have gone from A to B: the images are still those.
+        """Stop comparing images that are not the present state's."""
+        # The focus may have moved from A to B; the images are the same.
         if self.compared is None:
             self._clear()
 
@@ -295,6 +295,6 @@ class ImageError(QObject):
         self._update()
 
     def forget(self, pane: EnginePane) -> None:
-        """Compare nothing with a pane's image until it has drawn anew."""
+        """Stop comparing a pane's image until it is drawn again."""
         self._shown.pop(pane, None)
         self._clear()

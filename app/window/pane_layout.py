@@ -1,4 +1,4 @@
-"""The row of images: which of them are shown, on which side, and how wide."""
+"""The row of images: which are shown, on which side, and how wide."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from app.controls import Painted
 from app.image_view.engine_pane import EnginePane
 from app.latent_browser.latent_browser import LatentBrowser
 
-LEAST_IMAGE = 220  # width of the image next to the latent browser: its squares give way
-Shown = Literal["both", "generator", "reference"]  # the images that are wanted
+LEAST_IMAGE = 220  # least width of the image next to the latent browser
+Shown = Literal["both", "generator", "reference"]  # names of the images to show
 
 
 class PaneLayout(QSplitter):
@@ -23,7 +23,7 @@ class PaneLayout(QSplitter):
     The reference is A where B, to its right, is compared with it, in the generator's place.
     """
 
-    arranged = Signal()  # emitted when an image has come, gone or changed its side
+    arranged = Signal()  # emitted when an image was shown, hidden or moved to the other side
 
     is_browsing = Painted(False, "_update")  # with the latent browser in the generator's place
     has_model = Painted(False, "_update")  # whether a generator's image could be shown
@@ -32,10 +32,10 @@ class PaneLayout(QSplitter):
         super().__init__(Qt.Orientation.Horizontal)
         self._browser, self._panes = browser, panes
         self._generator, self._reference, self._pane_b = panes
-        self.shown: Shown = "both"  # the images that the user wants to see
-        self.compares = False  # whether B is in sight; then the latent browser is not
+        self.shown: Shown = "both"  # the user's choice of images
+        self.compares = False  # whether B is shown; then the latent browser is not
         self._was_browsing = self._wipes = False
-        # Images touch: Qt takes the mouse some pixels next to the line, too.
+        # Images touch: Qt reacts to the mouse some pixels next to the line, too.
         self.setHandleWidth(1)
         self.setChildrenCollapsible(False)
         browser.resized.connect(self._fit_browser)
@@ -51,7 +51,7 @@ class PaneLayout(QSplitter):
 
     @property
     def images(self) -> list[EnginePane]:
-        """Panes of the images that are there, from left to right."""
+        """Panes of the visible images, from left to right."""
         there = [pane for pane in self._panes if not pane.isHidden()]
         return sorted(there, key=self.indexOf)
 
@@ -66,7 +66,7 @@ class PaneLayout(QSplitter):
         return self._wipes and self.compares
 
     def show_b(self, compares: bool, wipes: bool | None = None) -> None:
-        """Show B, or not: next to A or, if it `wipes`, in the same image; None for as before."""
+        """Show or hide B: next to A or, if it `wipes`, in the same image; None for as before."""
         wipes = self._wipes if wipes is None else wipes
         if (compares, wipes) != (self.compares, self._wipes):
             self.compares, self._wipes = compares, wipes
@@ -92,13 +92,13 @@ class PaneLayout(QSplitter):
         self._fit_browser()
 
     def swap(self) -> None:
-        """Put the reference on the other side."""
+        """Move the reference to the other side."""
         self.insertWidget(2 if self.is_swapped else 0, self._reference)
         self.arranged.emit()
 
     def _update(self) -> None:
         generator = self.can_compare and self.shown != "reference"
-        # One image is always there.
+        # One image is always shown.
         alone = self.shown == "generator" and generator
         focus = QApplication.focusWidget()
         parts = *self.images, self._browser
@@ -109,12 +109,12 @@ class PaneLayout(QSplitter):
         self._pane_b.setVisible(self.compares and not self._wipes)
         self._fit_browser()
         if had and had[0].isHidden():
-            # Else a number's box would have the keys of the image that is gone.
+            # Otherwise a number box would get the hidden image's keys.
             self.images[0].canvas.setFocus()
         self.arranged.emit()
 
     def _fit_browser(self) -> None:
-        """Make the browser as wide as its squares are at this height, next to an image."""
+        """Make the browser as wide as its squares at this height, next to an image."""
         if not self.is_browsing:
             if self._was_browsing:
                 self.setSizes([1000 * (widget is not self._browser) for widget in self._in_order()])

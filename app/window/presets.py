@@ -1,4 +1,4 @@
-"""Presets in the window: pictures of the open volume, and the user's own ones."""
+"""Presets in the window: pictures of the open volume, and the user's own presets."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ KEY = "presets"  # of notices about presets
 
 
 class Presets(QObject):
-    """Draws the presets' pictures whenever their menu opens, and keeps the user's own presets."""
+    """Draws the presets' pictures when their menu opens, and keeps the user's own presets."""
 
     def __init__(self, menu: PresetMenu, context: Context) -> None:
         super().__init__(menu)
@@ -71,7 +71,7 @@ class Presets(QObject):
         scale, scalar_range = self._state.scale, self._state.scalar_range
         if tf.scale == scale or tf.is_relative:
             return fit_to_range(tf.on_scale(scale), scalar_range)
-        # Its numbers are of another scale; its shape can be kept.
+        # Its numbers are on another scale; its shape can be kept.
         return stretch_to_range(tf.on_scale(scale), scalar_range)
 
     def _fill_removal(self) -> None:
@@ -88,7 +88,7 @@ class Presets(QObject):
 
 
 def own_presets(folder: Path | None) -> dict[str, TransferFunction]:
-    """Return the TFs that were saved in a user's folder, by name; damaged files are left out."""
+    """Return the TFs saved in a user's folder, by name, without damaged files."""
     found = {}
     for path in sorted(_place(folder).glob(f"*{SUFFIX}")) if folder else ():
         try:
@@ -99,12 +99,12 @@ def own_presets(folder: Path | None) -> dict[str, TransferFunction]:
 
 
 def preset_name(text: str) -> str:
-    """Return a name that a file can have; empty where nothing is left of it."""
+    """Return a valid file name; empty if nothing is left of it."""
     return re.sub(r"[^\w .+=()-]+", "_", text).strip(" ._")[:60]
 
 
 def save_own_preset(folder: Path, name: str, tf: TransferFunction) -> None:
-    """Save a TF; raise :class:`TransferFunctionError` where it cannot be written."""
+    """Save a TF; raise :class:`TransferFunctionError` if it cannot be written."""
     place = _place(folder)
     what = f"{place}: the preset cannot be written"
     with os_errors_as(TransferFunctionError, what, "use File > Save TF"):
@@ -113,7 +113,7 @@ def save_own_preset(folder: Path, name: str, tf: TransferFunction) -> None:
 
 
 def remove_own_preset(folder: Path, name: str) -> None:
-    """Remove a saved TF, if it is there; raise :class:`TransferFunctionError` if that fails."""
+    """Remove a saved TF if it exists; raise :class:`TransferFunctionError` if that fails."""
     path = _place(folder) / f"{name}{SUFFIX}"
     what = f"{path}: the preset cannot be removed"
     with os_errors_as(TransferFunctionError, what, "check your permissions"):

@@ -1,4 +1,4 @@
-"""The dialog that asks for the layout of a headerless file, with previews of the answer."""
+"""The dialog that asks for a headerless file's layout, with previews."""
 
 from __future__ import annotations
 
@@ -84,16 +84,16 @@ MOST_SKIPPED = 2**31 - 1  # most bytes that can be skipped
 
 ORDERS: dict[ByteOrder, str] = {"little": "Little endian", "big": "Big endian"}
 
-UNKNOWN = RawLayout((256, 256, 256), "uint8")  # where neither name nor size gives a layout
+UNKNOWN = RawLayout((256, 256, 256), "uint8")  # if neither name nor size gives a layout
 
 Previews = tuple[RawLayout, list[NDArray[np.uint8]]]
 
 
 class RawDialog(QDialog):
-    """Asks for the layout of a headerless file; raises VolumeError where there is no such file.
+    """Asks for a headerless file's layout; raises VolumeError if there is no file.
 
-    The middle slices are shown for what is entered: under a wrong layout they look torn or noisy.
-    Only a layout that needs exactly the file's bytes can be opened.
+    The middle slices follow the entries: under a wrong layout they look torn or noisy. Only a
+    layout of exactly the file's size can be opened.
     """
 
     def __init__(self, path: Path, parent: QWidget | None = None) -> None:
@@ -125,7 +125,7 @@ class RawDialog(QDialog):
         return RawLayout((nx, ny, nz), *kind, spacing, self.offset_box.value())
 
     def done(self, result: int) -> None:
-        """Close, and end what runs in a thread."""
+        """Close, and end the thread."""
         self._previews.stop()
         self._previews.join()
         super().done(result)

@@ -1,4 +1,4 @@
-"""A ruler: two clicks in an image, and the distance between what shows there."""
+"""A ruler: two clicks in an image, and the distance between the surfaces there."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ NOTHING = "Nothing shows there; click on something that does."
 
 
 class Ruler(QObject):
-    """Takes two clicks in an image while it is on; the overlays show the line between them.
+    """Takes two clicks in an image while it is on; the overlays show their line.
 
-    It stays until Escape, or the first click of another one.
+    The line stays until Escape or the next line's first click.
     """
 
     def __init__(self, context: Context, overlays: Overlays) -> None:
@@ -34,7 +34,7 @@ class Ruler(QObject):
             pane.canvas.installEventFilter(self)
 
     def toggle(self) -> None:
-        """Measure a distance, or no longer."""
+        """Start or stop measuring."""
         if self.end() or self._context.workspace.opened is None:
             return
         self.is_on, self._first = True, ()
@@ -42,7 +42,7 @@ class Ruler(QObject):
         self._context.status.say(FIRST)
 
     def end(self) -> bool:
-        """End what is measured; return False if there is nothing to be ended."""
+        """End measuring; return False if there is nothing to end."""
         was_on, self.is_on = self.is_on, False
         if was_on:
             self._show(() if self._first else self._overlays.subject.line)
@@ -58,14 +58,14 @@ class Ruler(QObject):
         """Take the left clicks, and the movements without a button, while the ruler is on."""
         kind, press, move = event.type(), QEvent.Type.MouseButtonPress, QEvent.Type.MouseMove
         if kind == QEvent.Type.MouseButtonDblClick:
-            # Of a place that was taken: it is neither another one nor a way home.
+            # The second click of a double click: neither another point nor a reset of the view.
             return self._took
         self._took = self._took and kind != press
         if not self.is_on or kind not in (press, move):
             return False
         canvas, mouse = cast(ImageCanvas, watched), cast(QMouseEvent, event)
         if self._context.sensitivity.tool is not None:
-            # A region is drawn instead.
+            # A region is being drawn.
             self.end()
             return False
         if kind == move:
@@ -84,12 +84,12 @@ class Ruler(QObject):
         if opened is None or subject.scale is None or not has_image:
             return
         place = from_middle(canvas.place_of(mouse.position()))
-        # The press has given the focus to A or B, whichever is drawn there.
+        # The press has given the focus to A or B.
         found = ray_places(opened.volume, self._context.state.inputs, place)
         if not found:
             say(NOTHING)
             return
-        # A first place that is gone was one of the volume before.
+        # The first point may have been the previous volume's.
         line = (*(self._first if subject.line else ()), found[0][0])
         self.is_on, self._first = len(line) < 2, line[:1]
         self._show(line)

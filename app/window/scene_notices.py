@@ -1,4 +1,4 @@
-"""Notices about how the open volume is shown: what cannot be seen, and what would show it."""
+"""Notices about what is not visible of the open volume, and how to show it."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ NARROW, LIGHT, OFFER, LABELS = "narrow part of the TF", "light", "logarithmic sc
 
 
 class SceneNotices(QObject):
-    """Watches TF, light, scale and final images, and says what is wrong with a way out."""
+    """Watches TF, light, scale and final images, and reports problems with a way out."""
 
     def __init__(self, context: Context, show_range: Callable[[Range], object]) -> None:
         super().__init__(context.window)
@@ -42,13 +42,13 @@ class SceneNotices(QObject):
             pane.client.stateChanged.connect(partial(self._follow_pane, pane))
 
     def start_volume(self) -> None:
-        """Forget what was said of another volume, before its TF is set."""
+        """Forget notices of the previous volume, before the TF is set."""
         self._narrow = None
         self._notices.clear(LIGHT)
 
     def _judge_tf(self, tf: TransferFunction) -> None:
         found = narrow_part(tf.opacity, tf.color)
-        # What was dismissed is said again only of another part or range.
+        # A dismissed notice comes again only for another part or range.
         if found == self._narrow:
             return
         self._narrow = found
@@ -70,7 +70,7 @@ class SceneNotices(QObject):
             self._notices.clear(LIGHT)
 
     def offer_logarithm(self) -> None:
-        """Offer the logarithmic scale where a volume's values ask for it."""
+        """Offer the logarithmic scale for values that need it."""
         opened = self._workspace.opened
         if opened is None or opened.volume.scale == "log":
             return
@@ -83,7 +83,7 @@ class SceneNotices(QObject):
             )
 
     def offer_labels(self) -> None:
-        """Offer to show as labels what is called so."""
+        """Offer to show values as labels if the file's name says so."""
         opened, state = self._workspace.opened, self._state
         if opened is None or not state.interpolates or not looks_like_labels(opened.volume):
             self._notices.clear(LABELS)
@@ -100,7 +100,7 @@ class SceneNotices(QObject):
         stack.endMacro()
 
     def show_scale(self, opened: OpenedVolume) -> None:
-        """Offer no scale that is there."""
+        """Stop offering the present scale."""
         if opened.volume.scale == "log":
             self._notices.clear(OFFER)
 
@@ -135,5 +135,5 @@ class SceneNotices(QObject):
 
 
 def _emptiness(pane: EnginePane) -> str:
-    """Key of the notice about a pane in which nothing is visible."""
+    """Key of the notice about a pane that shows nothing."""
     return f"emptiness of the {pane.engine} image {pane.name}"

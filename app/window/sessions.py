@@ -1,4 +1,4 @@
-"""Sessions in the window: saved to files, and opened from them."""
+"""Saving and opening of sessions."""
 
 from __future__ import annotations
 
@@ -34,18 +34,18 @@ from model.volume_files.raw import RawLayout
 SESSION_FILTER = f"Sessions (*{SUFFIX});;All files (*)"
 
 BEFORE = "before_session.tfscope"
-"""File, in the user's folder, with the volume's look before the last session was opened."""
+"""File in the user's folder: the volume's memory before the last session was opened."""
 
 NOT_HELD: dict[str, Any] = {"path": "", "models": (), "light_seconds": {}}  # of a memory
 
 KEY, MISSED = "sessions", "volume of the session"
-"""Keys of notices: of errors, and about a session's volume that was not found."""
+"""Keys of notices: errors, and a session's volume that was not found."""
 
 
 class Sessions(QObject):
     """Saves sessions of what the window shows, and opens them.
 
-    A session overwrites the memory of its volume, which is saved to a session of its own before.
+    A session overwrites the memory of its volume, which is first saved as another session.
     """
 
     def __init__(self, context: Context, overlays: Overlays, memory: WindowMemory) -> None:
@@ -61,7 +61,7 @@ class Sessions(QObject):
         self.join = self._masks.join
 
     def ask_and_save(self) -> None:
-        """Ask for a file and write what is shown to it."""
+        """Ask for a file and save the session to it."""
         name = proposed_name(self._context, "session", SUFFIX)
         path = ask_for_place(self._context, "Save session", SESSION_FILTER, (SUFFIX,), name)
         if path is not None:
@@ -69,7 +69,7 @@ class Sessions(QObject):
             self.save(path)
 
     def save(self, path: Path) -> None:
-        """Write what is shown to a file."""
+        """Save the session to a file."""
         session, opened = self.session(), self._workspace.opened
         if session is None or opened is None:
             self._fail("There is nothing to save yet. Open a volume first.")
@@ -80,19 +80,19 @@ class Sessions(QObject):
             self._name_window(path.name)
 
     def _save(self, path: Path, session: Session, mask: Mask | None, volume: Volume) -> None:
-        """Write a session, and next to it its mask, which takes a while if it is large."""
-        # Another name than is proposed for a mask that is saved on its own.
+        """Write a session and, next to it, its mask, which may take a while."""
+        # Not the name proposed for a mask that is saved alone.
         name = "" if mask is None else f"{path.name}.mask.nrrd"
         content = session.content
         content = replace(content, memory=replace(content.memory, mask=name))
         replace(session, content=content).save(path)
         if mask is not None:
-            # The one before may go to the same file, and must not come after this one.
+            # An earlier one may use the same file, and must be written first.
             self.join()
             self._masks.ask(partial(write_mask, path.with_name(name), mask, volume))
 
     def session(self) -> Session | None:
-        """Return what is shown; None without a volume."""
+        """Return the present session; None without a volume."""
         context, opened = self._context, self._workspace.opened
         if opened is None:
             return None
@@ -101,7 +101,8 @@ class Sessions(QObject):
             self._workspace.reference,
             context.state.tf_input,
         )
-        # Not "auto": another machine might choose another light. Nor that until kernels are there.
+        # Not "auto", as another machine might choose another light; nor a substitute during
+        # compilation.
         look_b = tf_input.look
         if tf_input.compares and look_b.lighting is not None:
             look_b = replace(look_b, lighting=work.wanted_b.lighting)
@@ -125,7 +126,7 @@ class Sessions(QObject):
         return Session(opened.path, opened.fingerprint, content, self._workspace.model.folder)
 
     def open(self, path: Path, volume: Path | None = None) -> None:
-        """Open a session; its volume is where it says, or at another path."""
+        """Open a session, with its volume at the stored or another path."""
         self.join()
         try:
             session = Session.load(path)
@@ -152,7 +153,7 @@ class Sessions(QObject):
         self._context.fail(text, KEY)
 
     def take_read(self, opened: OpenedVolume) -> None:
-        """Keep what a session's volume was before, as it is about to be shown."""
+        """Save the memory of a session's volume before it is shown."""
         if self._awaited is None or self._awaited[1].volume != opened.path:
             self._awaited = None
             return
@@ -160,7 +161,7 @@ class Sessions(QObject):
         self._is_before_kept = self._keep_before(self._awaited[0], opened, known)
 
     def _keep_before(self, path: Path, opened: OpenedVolume, known: VolumeMemory) -> bool:
-        """Write what is remembered of a volume to a session; return whether that was done."""
+        """Write a volume's memory to a session; return False if that failed."""
         assert self._awaited is not None
         memory = replace(known, **NOT_HELD, tf=known.tf or opened.default)
         is_new = known.tf is None and not known.path
@@ -179,7 +180,7 @@ class Sessions(QObject):
         return True
 
     def start_volume(self) -> None:
-        """Show the rest of a session, now that its volume is there."""
+        """Restore the rest of a session, now that its volume is open."""
         if self._awaited is None:
             self._name_window("")
             return
@@ -187,15 +188,15 @@ class Sessions(QObject):
         context, content, reference = self._context, session.content, self._workspace.reference
         memory, settings = content.memory, content.settings
         self._preferences.set(**vars(settings))
-        # At once: what shows or hides an image is remembered.
+        # At once, as showing or hiding an image is remembered.
         self._memory.restore_panes()
-        # The light is noted of the volume already, and no edit that could be undone.
+        # The volume's memory has the light already, and it cannot be undone.
         drawn = vars(part_of(settings, ImageSettings))
         reference.choose(keep=False, lighting=memory.lighting, **drawn)
         if memory.light is not None and context.state.light is not None:
             context.state.start_light(memory.light)
         if not memory.regions:
-            # Those of the volume before stay for another time step, and for the same volume.
+            # The previous ones stay for another time step, and for the same volume.
             context.sensitivity.start_volume(None, count=memory.region_count)
         context.sensitivity.choose(**vars(content.sensitivity))
         if content.band is not None:
@@ -208,7 +209,7 @@ class Sessions(QObject):
         self._say_what_differs(path, session)
 
     def _say_what_differs(self, path: Path, session: Session) -> None:
-        """Say what is not as it was saved, and offer what was there before."""
+        """Report what differs from the saved session, and offer the previous state."""
         opened = self._workspace.opened
         said = [f"{path.name} is open."]
         if opened is not None and opened.fingerprint != session.fingerprint:

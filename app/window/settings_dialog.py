@@ -1,4 +1,4 @@
-"""The dialog with the settings that are seldom changed; a field filters them by words."""
+"""The dialog with rarely changed settings; a field filters them by words."""
 
 from __future__ import annotations
 
@@ -36,9 +36,9 @@ OTHERS = (
     "transfer function presets and colour maps below the images",
     "range, axis and logarithmic scale in the menu ⋯ below the images",
 )
-"""Settings that are not in menus, and where they are."""
+"""Settings that are elsewhere, and where."""
 
-MOST_OTHERS = 4  # that are named at once
+MOST_OTHERS = 4  # number of those named at once
 
 
 class SettingsDialog(QDialog):
@@ -68,16 +68,16 @@ class SettingsDialog(QDialog):
         parts = self.search, self._others, self._form, 0, close_box(self)
         fill(QVBoxLayout(self), *parts, margins=(16, 14, 16, 14), spacing=12)
         self._filter("")
-        # What is filtered out leaves room, so that the field stays where it is.
+        # Hidden rows leave their room, so that the field does not move.
         self.setFixedSize(WIDTH, self.sizeHint().height())
 
     @property
     def found(self) -> list[str]:
-        """Names of the settings that are shown."""
+        """Names of the visible settings."""
         return [row.accessibleName() for row, _, _ in self._rows if not row.isHidden()]
 
     def _groups(self) -> dict[str, list[tuple[str, QWidget, str]]]:
-        """Return name, control and explanation of all settings, by their groups' titles."""
+        """Return name, control and explanation of all settings, by title of their group."""
         work, settings = self._context.workspace.reference, self._context.preferences.settings
         renderer = _list(DRAWINGS, work.choices.drawing, lambda name: work.choose(drawing=name))
         present = work.choices.reference_size
@@ -123,7 +123,7 @@ class SettingsDialog(QDialog):
         self._rows.append((row, " ".join(texts).lower(), group))
 
     def _filter(self, text: str) -> None:
-        """Show the rows and titles of groups that have all of some words; say what is elsewhere."""
+        """Show the rows and titles that have all of some words; name settings elsewhere."""
         words = text.lower().split()
         shown: set[QLabel] = set()
         for row, texts, group in self._rows:
@@ -155,9 +155,9 @@ class SettingsDialog(QDialog):
 
 
 def apply_single_keys(window: QObject, are_on: bool) -> None:
-    """Have the actions of a window keep the keys that are letters alone, or lose them."""
+    """Enable or disable a window's shortcuts that are single letters."""
     for action in window.findChildren(QAction):
-        # Those that it was made with.
+        # Those from its creation.
         keys = action.property("keys") or [key.toString() for key in action.shortcuts()]
         if any(len(key) == 1 for key in keys):
             action.setProperty("keys", keys)

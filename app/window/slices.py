@@ -1,4 +1,4 @@
-"""The slices in the window: built when they are first shown, and linked to images and TF plot."""
+"""The slices in the window: built when first shown, and linked to images and TF plot."""
 
 from __future__ import annotations
 
@@ -23,15 +23,15 @@ from model.scene.tf_perturbation import band_of_edit
 from model.scene.view import NEAREST_DEPTH, Projection, from_middle
 from model.scene.volume import Triple
 
-LARGE = 0.5  # of the images' width that a large slice has
-SMALL, NARROWEST = 0.45, 280  # width of three slices by their height, and at least, in pixels
-HELD_MS = 500  # time for which the mouse rests before the image shows where the value is visible
+LARGE = 0.5  # share of the images' width that a large slice has
+SMALL, NARROWEST = 0.45, 280  # three slices' width relative to their height; least width
+HELD_MS = 500  # time for which the mouse must rest before the image marks the value
 ARM, GAP = 14, 4  # outer and inner end of the cross-hair's arms in an image, in pixels
 STEPS: dict[int, int] = {Qt.Key.Key_Up: -1, Qt.Key.Key_Down: 1}
 
 
 class Slices(QObject):
-    """Shows and hides the column of slices, and has images, plot and slices follow each other."""
+    """Shows and hides the column of slices, and links images, plot and slices."""
 
     def __init__(
         self, context: Context, row: QSplitter, area: PlotArea, crop_card: CropCard
@@ -50,7 +50,7 @@ class Slices(QObject):
 
     @property
     def is_shown(self) -> bool:
-        """Whether the slices are there."""
+        """Whether the slices are shown."""
         return self.column is not None and not self.column.isHidden()
 
     @property
@@ -59,13 +59,13 @@ class Slices(QObject):
         return list(self.column.views) if self.column is not None and self.is_shown else []
 
     def toggle(self) -> None:
-        """Show the slices, or hide them."""
+        """Show or hide the slices."""
         if self.state.volume is not None:
             self._context.preferences.set(slices=not self.is_shown)
             self._set_shown(not self.is_shown)
 
     def start_volume(self, opened: OpenedVolume) -> None:
-        """Show another volume, with the cross-hair where it was; slices, if they are remembered."""
+        """Show another volume, with its remembered cross-hair and slices."""
         known, before = self._context.preferences.volume(opened.fingerprint), self.state.volume
         is_next = before is not None and before.series == opened.volume.series
         self.state.place = known.cross_hair or (self.state.place if is_next else MIDDLE)
@@ -79,7 +79,7 @@ class Slices(QObject):
         if before is None or before.scalar_range != volume.scalar_range:
             changes["window"] = usual_window(opened.counts, opened.edges)
             if volume.file.is_labels:
-                # Gray says nothing about labels.
+                # Gray is useless for labels.
                 changes["colors"] = "colors"
         self.state.show(volume=volume, **changes)
         self._follow_question("band")
@@ -108,7 +108,7 @@ class Slices(QObject):
             view.installEventFilter(self)
         for pane in self._context.panes:
             pane.canvas.decorations.append(self._paint)
-            # After the view's keys, so that it gets them first.
+            # After the view's keys, so that this filter is called first.
             pane.canvas.installEventFilter(self)
         return column
 
@@ -127,7 +127,7 @@ class Slices(QObject):
             pane.canvas.update()
 
     def _follow_question(self, what: str) -> None:
-        """Outline the band of values, and go to what shows at a place that was clicked."""
+        """Outline the band of values, and move to the surface at a clicked point."""
         asked, volume = self._context.sensitivity, self.state.volume
         if what in ("band", "choices") and volume is not None:
             band = asked.band if asked.choices.shown else None
@@ -138,7 +138,7 @@ class Slices(QObject):
             self._go(0)
 
     def _go(self, step: int) -> None:
-        """Put the cross-hair onto one of the places that show where an image was clicked."""
+        """Put the cross-hair onto one of the surfaces under a click in an image."""
         place, volume = self._context.sensitivity.place, self.state.volume
         if place is None or volume is None:
             return
@@ -153,7 +153,7 @@ class Slices(QObject):
             self._context.status.say(f"Place {which}: {100 * share:.0f} % of the opacity.")
 
     def eventFilter(self, _watched: QObject, event: QEvent) -> bool:
-        """Step along the ray through the clicked place by the keys up and down."""
+        """Step along the ray through the clicked point with the keys up and down."""
         if event.type() not in (QEvent.Type.ShortcutOverride, QEvent.Type.KeyPress):
             return False
         key = cast(QKeyEvent, event)

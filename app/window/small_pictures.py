@@ -1,4 +1,4 @@
-"""Small pictures of the open volume: on buttons that ask which way is up, and under presets."""
+"""Small pictures of the open volume, for presets and the question which way is up."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from app.image_view.image_canvas import to_qimage
 from app.window.context import Context
 from model.scene.inputs import SceneInputs
 
-PATIENCE_MS = 1000  # time after which the reference draws them if the ray caster is still compiled
+PATIENCE_MS = 1000  # time after which the reference draws them if the ray caster is still compiling
 
 
 class SmallPictures(QObject):
-    """Has pictures of a side drawn by the ray caster, and shows those that were asked for last.
+    """Requests small pictures from the ray caster, and shows those of the newest request.
 
-    In path-traced light, path-traced ones follow where these do not take long.
+    In path-traced light, path-traced ones follow if they do not take long.
     """
 
     def __init__(
@@ -42,7 +42,7 @@ class SmallPictures(QObject):
             channel.answered.connect(partial(self._take, channel))
 
     def ask(self, wanted: Sequence[SceneInputs]) -> None:
-        """Ask for the pictures of some inputs."""
+        """Request the pictures of some inputs."""
         first, *more = wanted
         self._traced = self._context.workspace.reference.settings.lighting == "path"
         self._is_tracing = False
@@ -52,7 +52,7 @@ class SmallPictures(QObject):
         self._patience.start()
 
     def stop_tracing(self) -> None:
-        """Leave out the path-traced pictures: the others are not in sight any more."""
+        """Cancel the path-traced pictures: the others are no longer visible."""
         self._traced = False
         if self._is_tracing:
             self._analyst.cancel()
@@ -63,12 +63,12 @@ class SmallPictures(QObject):
 
     def _take(self, channel: Channel, result: Result) -> None:
         if channel.is_pending or result.value is None:
-            # Others are wanted by now, or the reference may still draw them.
+            # Outdated, or the reference may still draw them.
             return
-        # They need not be drawn a second time.
+        # They need not be drawn twice.
         self._reference.cancel()
         state = self._context.state
-        # The analyst draws in the light of the image that is edited.
+        # The analyst draws in the light of the edited image.
         lit = state.lit("exact") if channel is self._analyst else "exact"
         brightness = state.brightness.of(lit)
         self._show([to_qimage(np.asarray(image), brightness) for image in result.value])

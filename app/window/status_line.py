@@ -1,4 +1,4 @@
-"""The line at the lower edge: keys of what is under the mouse, news, and the view's numbers."""
+"""The line at the lower edge: keys for the area under the mouse, news, the view's numbers."""
 
 from __future__ import annotations
 
@@ -19,26 +19,26 @@ from app.window.help_pages import status_keys
 
 HEIGHT = 24
 
-NEWS_MS = 5_000  # time for which a sentence stays, unless another one comes
-PENDING = "…"  # end of sentences about what is still under way: they stay until the next one
+NEWS_MS = 5_000  # time for which a sentence stays unless it is replaced
+PENDING = "…"  # end of sentences about running work: they stay until the next one
 
 PREPARED_WIDTH = 240
 
-NARROW = 1180  # width in pixels below which the view's numbers are left out
+NARROW = 1180  # width in pixels below which the view's numbers are hidden
 
 
 class StatusLine(QStatusBar):
-    """Shows the keys that are of use under the mouse, or the newest sentence in their place.
+    """Shows the keys that work under the mouse, or the newest sentence instead.
 
-    Widgets have the name of their area in the table of keys as their status tip.
+    A widget's status tip is the name of its area in the table of keys.
     """
 
     def __init__(self, state: ViewerState, regions: SensitivityState) -> None:
         super().__init__()
         self._state, self._regions = state, regions
-        self._area = "Images"  # under the mouse; of nothing, that of the images
+        self._area = "Images"  # area under the mouse; without one, the images
         self._is_empty = True
-        self.keys = ""  # that are shown while there is no sentence
+        self.keys = ""  # shown while there is no sentence
         self.setFixedHeight(HEIGHT)
         self.setContentsMargins(8, 0, 8, 0)
         self._news = ElidedLabel()
@@ -68,14 +68,14 @@ class StatusLine(QStatusBar):
         for changed in (state.viewChangeFinished, state.navigationChanged):
             changed.connect(self._show_view)
         regions.changed.connect(self._name_keys)
-        # It may be about what is undone.
+        # It may be about an undone edit.
         state.edits.undone.connect(self._forget)
         self._show_view()
         self._name_keys()
 
     @property
     def news(self) -> str:
-        """The sentence, as a whole; empty if there is none."""
+        """The whole sentence; empty if there is none."""
         return self._news.full_text
 
     @property
@@ -85,11 +85,11 @@ class StatusLine(QStatusBar):
 
     @property
     def view_text(self) -> str:
-        """The view's numbers as they are displayed."""
+        """The view's numbers as displayed."""
         return self._view.text()
 
     def say(self, text: str) -> None:
-        """Show a sentence instead of the one before; with an empty one, the keys again."""
+        """Show a new sentence; an empty one brings the keys back."""
         self._news.set_full_text(text)
         self._left.setCurrentWidget(self._news if text else self._keys)
         self._rest.stop()
@@ -99,24 +99,24 @@ class StatusLine(QStatusBar):
             self._rest.start()
 
     def show_preparation(self, done: int, wanted: int, text: str) -> None:
-        """Show how many groups of kernels are compiled, and how long the others take."""
+        """Show how many groups of kernels are compiled, and the time left."""
         self._prepared.setFormat(text.replace("%", "%%"))
         self._prepared.setMaximum(max(wanted, 1))
         self._prepared.setValue(done)
         self._prepared.setVisible(done < wanted)
 
     def show_area(self, area: str) -> None:
-        """Show the keys of an area; of none, those of the images."""
+        """Show the keys of an area, by default those of the images."""
         self._area = area or "Images"
         self._name_keys()
 
     def start_volume(self) -> None:
-        """Show the keys of images and plot, now that there is something in them."""
+        """Show the keys of images and plot, now that there is a volume."""
         self._is_empty = False
         self._name_keys()
 
     def _name_keys(self) -> None:
-        """Show the keys of what is under way in the area under the mouse."""
+        """Show the keys of the running action in the area under the mouse."""
         area, regions = self._area, self._regions
         if area in ("Images", "Transfer function") and self._is_empty:
             area = "Files"
@@ -132,12 +132,12 @@ class StatusLine(QStatusBar):
             self._show_keys()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Leave the view's numbers out where there is no room for them."""
+        """Hide the view's numbers if there is no room for them."""
         super().resizeEvent(event)
         self._view.setVisible(self.width() >= NARROW)
 
     def changeEvent(self, event: QEvent) -> None:
-        """Write the keys in another theme's colours."""
+        """Update the keys' colours after a change of theme."""
         super().changeEvent(event)
         if event.type() == QEvent.Type.PaletteChange and self.keys:
             self._show_keys()
@@ -162,7 +162,7 @@ class StatusLine(QStatusBar):
         rolled = f"roll {roll:.0f}°   " if round(roll) else ""
         text = f"azimuth {azimuth:.0f}°   elevation {elevation:.0f}°   {rolled}"
         text += f"distance {without_zero(f'{view.distance:.2f}')}"
-        # The sum makes 0 of -0.
+        # The sum turns -0 into 0.
         pan_x, pan_y = (round(pan, 2) + 0.0 for pan in (view.pan_x, view.pan_y))
         if pan_x or pan_y:
             text += f"   pan {without_zero(f'{pan_x:+.2f}')}, {without_zero(f'{pan_y:+.2f}')}"

@@ -1,4 +1,4 @@
-"""The bar at the window's upper edge, and the strip of tools over the left image."""
+"""The bar at the window's upper edge, and the tools over the left image."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from app.state.sensitivity_state import SensitivityState, Tool
 HEIGHT, TOOLS_WIDTH = 36, 36
 
 FOLD_WIDTH = 1180  # width in pixels below which the menus fold into one, and words into their icons
-TOOLS_PLACE = 8, 40  # of the tools to the image's left and upper edge, in pixels
+TOOLS_PLACE = 8, 40  # distance of the tools to the image's left and upper edge, in pixels
 
 
 class TopBar(QWidget):
-    """Lays out menus and controls in one row, and folds them where there is less room."""
+    """Lays out menus and controls in one row, and folds them if room is short."""
 
     def __init__(self, ball: LightBall, light: CaptionButton, exactness: ExactnessSlider) -> None:
         super().__init__()
@@ -59,17 +59,17 @@ class TopBar(QWidget):
         self._fold(False)
 
     def show_comparison(self, is_shown: bool) -> None:
-        """Show what compares two images, or leave it out."""
+        """Show or hide the controls that compare two images."""
         for widget in self._comparison:
             widget.setVisible(is_shown)
 
     def take_menus(self) -> None:
-        """Have the menus of the menu bar behind the one button, too."""
+        """Put the menu bar's menus behind the one button, too."""
         for action in self.menu_bar.actions():
             self.menus.addAction(action)
 
     def open_menus(self) -> None:
-        """Open the menus for the keyboard."""
+        """Open the menus by the keyboard."""
         if self.is_folded:
             self.menus.showMenu()
         elif self.menu_bar.actions():
@@ -86,12 +86,12 @@ class TopBar(QWidget):
             return
         self.is_folded = folded
         self.menus.setVisible(folded)
-        # Hidden, the bar's keys would be dead; the one button has its menus' keys as well.
+        # A hidden bar's keys do not work; the one button has them as well.
         self.menu_bar.setVisible(not folded)
         self.volume.set_folded(folded)
         self.exactness.set_folded(folded)
         self.browse.set_caption("" if folded else "Browse TFs")
-        # At once: what has become wider would be cut until the next event.
+        # At once: a wider control would be cut until the next event.
         for widget in (self.exactness, self) if self.isVisible() else ():
             layout = widget.layout()
             if layout is not None:
@@ -124,7 +124,7 @@ class ToolStrip(QFrame):
         regions.changed.connect(lambda _what: self._show_tool(regions.tool))
 
     def lie_over(self, canvas: QWidget | None) -> None:
-        """Lie over a canvas; over none, be hidden."""
+        """Move over a canvas; hide without one."""
         if canvas is not None and self.parentWidget() is not canvas:
             self.setParent(canvas)
             self.move(*TOOLS_PLACE)

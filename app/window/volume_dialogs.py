@@ -1,4 +1,4 @@
-"""Dialogs about the open volume: what its file holds, which labels show, and all that is known."""
+"""Dialogs about the open volume: the file's volumes, visible labels, properties."""
 
 from __future__ import annotations
 
@@ -41,13 +41,13 @@ TITLES: dict[ChoiceKind, str] = {
     "channel": "Channel",
     "component": "Component",
 }
-LISTED = ("series", "array")  # kinds whose contents differ in size: each has a row of its own
+LISTED = ("series", "array")  # kinds whose contents differ in size: each has its own row
 
 _CHECKS = Qt.CheckState.Unchecked, Qt.CheckState.Checked
 SWATCH = 14  # side of a label's colour, in pixels
 MARGINS = 16, 14, 16, 14
 COLUMNS = ("Name", "Voxels", "Type", "Size")
-FEWEST_ROWS, MOST_ROWS = 4, 12  # rows of a list that are seen at once
+FEWEST_ROWS, MOST_ROWS = 4, 12  # rows of a list visible at once
 
 
 class ContentsDialog(QDialog):
@@ -73,7 +73,7 @@ class ContentsDialog(QDialog):
         self._check()
 
     def choice(self) -> Choice:
-        """Return what is selected."""
+        """Return the selection."""
         choice = Choice()
         for kind in self._kinds:
             choice = choice.but(kind, self._of(kind)[self._row(kind)].name)
@@ -193,7 +193,7 @@ class LabelsDialog(QDialog):
 
     @property
     def chosen(self) -> list[float]:
-        """The labels that are checked."""
+        """The checked labels."""
         items = map(self.list.item, range(self.list.count()))
         checks = (item.checkState() == Qt.CheckState.Checked for item in items)
         return [value for value, is_on in zip(self._values, checks, strict=True) if is_on]
@@ -227,7 +227,7 @@ def _crossed(text: str) -> str:
 
 
 class PropertiesDialog(QDialog):
-    """Lists a volume's properties in the words of ``info``; spacing and stretch can be typed."""
+    """Lists a volume's properties as ``info`` does; spacing and stretch can be typed."""
 
     def __init__(
         self,
@@ -292,7 +292,7 @@ class PropertiesDialog(QDialog):
 
     def _apply(self) -> None:
         typed = {"spacing": self.spacing.text(), "stretch": self.stretch.text()}
-        # A spacing that was typed is not stretched but by what stands there.
+        # A typed spacing is stretched only by the typed factor.
         unchanged = typed["spacing"] == self._before[0], typed["stretch"] == "1" == self._before[1]
         for name, is_left in zip([*typed], unchanged, strict=True):
             if is_left:

@@ -12,24 +12,24 @@ from app.tf_editor.editor import DockSplitter
 from app.tf_editor.handles import HandleMoves
 from app.window.pane_layout import PaneLayout, Shown
 
-SHARE = 0.8  # of the screen's free area, along both sides
+SHARE = 0.8  # share of the screen's free area, along both sides
 
 LARGEST, LEAST = QSize(1440, 900), QSize(1000, 640)
-"""Size at which it opens at most, and at which everything in it can be used."""
+"""Largest size at which it opens, and least size at which all of it can be used."""
 
-FRAME = 32  # height that the system's title bar takes of a free area, about; it is not the window's
+FRAME = 32  # height of the system's title bar, about, which is not the window's
 
 
 def size_on(screen: QScreen) -> QSize:
     """Return the size at which the window opens on a screen."""
     if QGuiApplication.platformName() == "offscreen":
-        # Where nothing is seen, Qt has a smaller screen than anybody.
+        # Without a display, Qt has a smaller screen than anybody.
         return LARGEST
     return first_size(screen.availableSize())
 
 
 def first_size(free: QSize) -> QSize:
-    """Return the size at which the window opens on a screen with so much free room."""
+    """Return the size at which the window opens on a screen with this free area."""
     part = QSize(round(SHARE * free.width()), round(SHARE * free.height()))
     inside = QSize(free.width(), free.height() - FRAME)
     return part.boundedTo(LARGEST).expandedTo(LEAST).boundedTo(inside)
@@ -40,13 +40,13 @@ IMAGES: dict[tuple[str, ...], Shown] = {
     ("reference",): "generator",
     ("generator",): "reference",
 }
-"""Images to show, by what is hidden."""
+"""Images to show, by the hidden one."""
 
-PARTS = 1000  # parts of the window's height in which the TF editor's is kept, once it was dragged
+PARTS = 1000  # units per window height in which the editor's dragged height is stored
 
 
 class WindowMemory(QObject):
-    """Restores the window's size, its panes and its switches, and remembers them."""
+    """Restores and remembers the window's size, panes and switches."""
 
     def __init__(
         self,
@@ -67,7 +67,7 @@ class WindowMemory(QObject):
         window.installEventFilter(self)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Remember the window's place as soon as it is moved: it may never be closed in order."""
+        """Remember the window's position as soon as it is moved: the process may be killed."""
         if event.type() in (QEvent.Type.Resize, QEvent.Type.Move) and self._window.isVisible():
             self.note()
         return False
@@ -83,7 +83,7 @@ class WindowMemory(QObject):
         )
 
     def restore_panes(self) -> None:
-        """Show the images that are remembered, where they were."""
+        """Show the remembered images at their sides."""
         values = self._preferences.settings
         if values.swapped != self._panes.is_swapped:
             self._panes.swap()
@@ -92,14 +92,14 @@ class WindowMemory(QObject):
             self._panes.show_images(shown)
 
     def note_panes(self) -> None:
-        """Remember which images are to be seen."""
+        """Remember which images are shown."""
         hidden = next(each for each, shown in IMAGES.items() if shown == self._panes.shown)
         self._preferences.set(hidden_panes=hidden)
 
     def _restore(self) -> None:
         values = self._preferences.settings
         if values.window_geometry:
-            # Qt moves a window to a screen that is there.
+            # Qt moves a window to an existing screen.
             self._window.restoreGeometry(QByteArray.fromBase64(values.window_geometry.encode()))
         share = values.splitters.get("editor", ())
         if len(share) == 1 and 0 < share[0] < PARTS:

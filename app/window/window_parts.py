@@ -42,7 +42,7 @@ from app.window.window_memory import WindowMemory, size_on
 
 
 class WindowParts(QMainWindow):
-    """A window with all of its parts, which do not act together yet; see `MainWindow`."""
+    """A window with all of its parts, which `MainWindow` connects."""
 
     def __init__(self, builders: Builders, device: str, preferences: Preferences | None) -> None:
         super().__init__()
@@ -92,7 +92,7 @@ class WindowParts(QMainWindow):
             gestures = ViewGestures(pane.canvas, self.state)
             work.lightRangeChanged.connect(partial(setattr, gestures, "light_range"))
             ViewKeys(pane.canvas, self.state)
-        # The images, and what floats over them and moves nothing.
+        # The images, and what floats over them.
         images = QWidget()
         fill(QVBoxLayout(images), self.panes)
         self._floating = Floating(images)
@@ -117,14 +117,14 @@ class WindowParts(QMainWindow):
         self.resize(size_on(self.screen()))
 
     def _build_layers(self) -> None:
-        """Lay marks over the images, from the lowest on, and give them the mouse in turn."""
+        """Stack the overlays on the images, and give them the mouse in order."""
         work = self.workspace.reference
         self.overlays = Overlays(self.context)
         self.fidelity = FidelityLine(
             self.reference, self.state, lambda: work.raster, lambda: work.settings != work.wanted
         )
         self.exactness.follow(self.fidelity)
-        # Before the sensitivities, so that it lies below regions.
+        # Before the sensitivities, so that it is below regions.
         self.image_error = ImageError(self.context)
         # After the gestures, so that regions get the mouse first.
         self.sensitivity = SensitivityView(self.workspace, self.context.panes, self.editor, self)
@@ -134,7 +134,7 @@ class WindowParts(QMainWindow):
         self.wipe = WipeLine(self.state.tf_input, self.reference, self.pane_b)
 
     def _build_actors(self) -> None:
-        """Build what opens, saves and says something."""
+        """Build the objects that open, save and report."""
         self.memory = WindowMemory(
             self, self._splitter, self.panes, self.state, self.editor.moves, self.preferences
         )
@@ -146,7 +146,7 @@ class WindowParts(QMainWindow):
         self.scene_notices = SceneNotices(self.context, self.editor.range.set_range)
 
     def arrange(self) -> None:
-        """Put cube, tools and cards over the images that are there."""
+        """Put cube, tools and cards over the visible images."""
         images = self.panes.images
         self.reference.is_alone = len(images) == 1 and not self.panes.wipes
         self.overlays.lie_over(images[-1].canvas)

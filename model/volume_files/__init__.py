@@ -42,7 +42,7 @@ _KINDS: tuple[tuple[str, bytes, Callable[[Path, Choice], Grid]], ...] = (
     (".h5 .hdf5 .hdf .he5 .ims .vtkhdf .mat", rb"(.{512})?\x89HDF\r\n\x1a\n", read_hdf5),
     (".nc .nc4 .cdf", rb"CDF[\1\2]", read_hdf5),
 )
-"""Suffixes of files, how they begin, and what reads them."""
+"""Suffixes of files, their first bytes, and their readers."""
 
 _READERS = {suffix: reader for suffixes, _, reader in _KINDS for suffix in suffixes.split()}
 SUFFIXES = (*_READERS, *dicom.SUFFIXES, ".raw")  # for file dialogs
@@ -52,8 +52,8 @@ def read_volume(path: Path, *, raw: RawLayout | None = None, choice: Choice = LA
     """Read a volume from a file of any supported kind, or from a folder of DICOM or TIFF slices.
 
     Without a layout, a .raw file must have one in its name, such as
-    ``engine_256x256x110_uint8.raw``. The volume's axis x is the file's fastest. Assumptions and
-    changes are in its notes. Raises VolumeError, in one sentence with what to do, for all others.
+    ``engine_256x256x110_uint8.raw``. Axis x is the file's fastest. Notes give assumptions and
+    changes. Raises VolumeError for all others, in a sentence with a remedy.
     """
     path = Path(path)
     try:
@@ -103,7 +103,7 @@ def _read_grid(path: Path, raw: RawLayout | None, choice: Choice) -> Grid:
 
 
 def _kind_by_content(path: Path) -> str:
-    """Return the first suffix of files of such content; empty if it is not known."""
+    """Return a file's usual suffix by its first bytes; empty if unknown."""
     with path.open("rb") as file:
         start = file.read(520)
     found = (suffixes for suffixes, begin, _ in _KINDS if re.match(begin, start, re.DOTALL))
@@ -111,13 +111,13 @@ def _kind_by_content(path: Path) -> str:
 
 
 def is_known(path: Path) -> bool:
-    """Return True for a file of a kind that is read, by its suffix or its content."""
+    """Return True for a file of a supported kind, by its suffix or its content."""
     is_named = path.name.lower().endswith(SUFFIXES)
     return is_named or bool(_kind_by_content(path)) or is_dicom(path)
 
 
 def unknown_kind(path: Path) -> VolumeError:
-    """Return the error for a file of a kind that is not read."""
+    """Return the error for a file of an unsupported kind."""
     if advice := foreign_advice(path):
         return VolumeError(f"{path}: {advice}.")
     return VolumeError(

@@ -1,4 +1,4 @@
-"""Arrays of any number of axes, as NumPy, HDF5 and others keep them: which to read, and how."""
+"""Arrays with any number of axes, as in NumPy and HDF5 files: which to read, and how."""
 
 from __future__ import annotations
 
@@ -37,8 +37,8 @@ from model.volume_files.grid import Grid, in_one_unit, placed, proposed_stretch
 
 Index = tuple[int | slice, ...]
 
-MOST_COMPONENTS = 4  # length of a last axis up to which it is taken for components
-MOST_UNEVEN = 8.0  # ratio of the distances along an axis from which on it is refused
+MOST_COMPONENTS = 4  # largest length of a last axis that counts as components
+MOST_UNEVEN = 8.0  # least ratio of an axis's distances that is refused
 
 _AUXILIARY = re.compile(
     r"(^|[^a-z])(ids?|index|ghost\w*|masks?|valid\w*|labels?|process\w*|rank)([^a-z]|$)|"
@@ -79,7 +79,7 @@ class StoredArray:
 
 @dataclass(frozen=True, eq=False)
 class _Roles:
-    """Roles of an array's axes: x, y and z, components, and time, channel or neither."""
+    """Roles of an array's axes: x, y and z, components, and time, channel or other."""
 
     axes: list[Axis]
     z: int
@@ -125,7 +125,7 @@ def grid_of_arrays(
 
 
 def _rank(each: tuple[StoredArray, _Roles]) -> tuple[bool, bool, int]:
-    """Sort key that puts what is shown by itself before the others."""
+    """Sort key that puts arrays of data before the others."""
     is_last = each[0].is_labels or is_auxiliary(each[0].name)
     return is_last, not each[0].is_active, -math.prod(_dimensions(*each))
 
@@ -194,7 +194,7 @@ def _grid(
 
 
 def _by_coordinates(path: Path, grid: Grid, axes: list[Axis]) -> Grid:
-    """Place a grid by the positions along x, y and z; upwards is upwards."""
+    """Place a grid by the positions along x, y and z, with the upward axis up."""
     values, missing, notes = grid.values, grid.missing, grid.notes
     for k, axis in enumerate(axes):
         if axis.is_even or axis.numbers is None:
@@ -248,7 +248,7 @@ def _dimensions(array: StoredArray, roles: _Roles) -> tuple[int, int, int]:
 
 
 def _roles(array: StoredArray) -> _Roles | None:
-    """Tell an array's axes apart, by their names or else by their order; None for no volume."""
+    """Assign roles to an array's axes by names, or by order; None for no volume."""
     if sum(n > 1 for n in array.shape) < 3:
         # Coordinates and tables, of which a file may have thousands.
         return None
@@ -289,7 +289,7 @@ def _roles(array: StoredArray) -> _Roles | None:
 
 
 def _in_order(values: NDArray[Any], kept: Sequence[int], roles: _Roles) -> NDArray[Any]:
-    """Put what was read into the order z, y, x and components, without axes of one value."""
+    """Order axes as z, y, x and components, without axes of one value."""
     wanted = [roles.z, roles.y, roles.x, *([] if roles.components is None else [roles.components])]
     values = values[tuple(slice(None) if k in wanted else 0 for k in kept)]
     left = [k for k in kept if k in wanted]
@@ -297,7 +297,7 @@ def _in_order(values: NDArray[Any], kept: Sequence[int], roles: _Roles) -> NDArr
 
 
 def _plain(values: NDArray[Any]) -> NDArray[Any]:
-    """Return values as numbers of a plain type, in native byte order."""
+    """Return values as numbers in native byte order."""
     if values.dtype.kind == "f" and values.dtype.itemsize > 8:
         return values.astype(np.float64)
     if values.dtype.kind == "b":

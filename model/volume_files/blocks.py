@@ -23,7 +23,7 @@ Encoding = Literal["raw", "deflate", "bzip2"]  # deflate stands for zlib and gzi
 
 CHUNK = 1 << 14
 EITHER_ZLIB_OR_GZIP = 47
-LONGEST_REST = 1 << 20  # bytes behind the voxels that are unpacked to see whether all is sound
+LONGEST_REST = 1 << 20  # bytes after the voxels that are unpacked to check the stream
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ class Block:
 
 
 def part_of(block: Block, number: int) -> Block:
-    """Return one entry of a block's slowest axis, as of one of several time steps."""
+    """Return one entry of a block's slowest axis, such as a time step."""
     count, *shape = block.shape
     part = replace(block, shape=tuple(shape))
     before = number * part.nbytes
@@ -82,7 +82,7 @@ def read_block(block: Block) -> NDArray[np.generic]:
 def read_part(
     path: Path, shape: tuple[int, ...], dtype: np.dtype[np.generic], place: int
 ) -> NDArray[np.generic]:
-    """Read voxels from a place in a file, or in what it is once unpacked; more may follow."""
+    """Read voxels at an offset of a file, plain or unpacked; more may follow."""
     with path.open("rb") as file:
         encoding = encoding_of(file.read(3))
     if encoding != "raw":
@@ -117,7 +117,7 @@ def encoding_of(start: bytes) -> Encoding:
 
 
 def _inflate(file: BinaryIO, block: Block, target: NDArray[np.uint8]) -> None:
-    """Decompress the rest of a file into `target`, which it must fill."""
+    """Decompress the rest of a file into `target`, and check that it is full."""
     done, left = -block.skip, LONGEST_REST
     try:
         for piece in _pieces(file, block.encoding):
@@ -159,7 +159,7 @@ def _pieces(file: BinaryIO, encoding: Encoding) -> Iterator[bytes]:
 
 # --- progress -----------------------------------------------------------------------------
 
-Listener = Callable[[str, int, int], object]  # gets what, how many are done, and of how many
+Listener = Callable[[str, int, int], object]  # gets a name, the number done, and the total
 
 _listener: ContextVar[Listener | None] = ContextVar("listener", default=None)
 
@@ -167,12 +167,12 @@ T = TypeVar("T")
 
 
 class ReadingCancelledError(VolumeError):
-    """Raised by a listener, within the reader, to end it."""
+    """Raised by a listener within the reader to stop it."""
 
 
 @contextmanager
 def watched(listener: Listener) -> Iterator[None]:
-    """Have a listener called for what is read in this thread meanwhile."""
+    """Call a listener for reading in this thread, within a context."""
     token = _listener.set(listener)
     try:
         yield
@@ -181,7 +181,7 @@ def watched(listener: Listener) -> Iterator[None]:
 
 
 def counted(what: str, items: Sequence[T]) -> Iterator[T]:
-    """Yield items, and tell before each how many are done, as with ``"slices read"``."""
+    """Yield items, and report progress before each, as with ``"slices read"``."""
     listener = _listener.get()
     for number, item in enumerate(items):
         if listener is not None:

@@ -1,4 +1,4 @@
-"""Checks of a file before memory is allocated, and the errors that say what is wrong with it."""
+"""Checks of a file before memory is allocated, and the errors that describe defects."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def times(dimensions: Sequence[int]) -> str:
 
 
 def number_of(value: Any) -> float | None:
-    """Return a finite number, also from a text; None for anything else."""
+    """Return a finite number or text as a number; None for anything else."""
     try:
         number = float(value)
     except (TypeError, ValueError):
@@ -42,7 +42,7 @@ def number_of(value: Any) -> float | None:
 
 
 def physical_memory() -> int | None:
-    """Return the machine's memory in bytes; None if the system does not report it."""
+    """Return the machine's memory in bytes; None if unknown."""
     try:
         return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
     except (AttributeError, ValueError, OSError):
@@ -50,7 +50,7 @@ def physical_memory() -> int | None:
 
 
 def check_grid(path: Path, dimensions: Sequence[int], dtype: DTypeLike, components: int = 1) -> int:
-    """Check that a header describes a volume that this machine can hold."""
+    """Check that a header describes a volume that fits into memory."""
     if any(n < 1 for n in dimensions) or components < 1:
         raise VolumeError(
             f"{path}: the header gives the dimensions {times(dimensions)}, which cannot be; "
@@ -91,13 +91,13 @@ def truncated(path: Path, how: str) -> VolumeError:
 
 
 def file_beside(header: Path, name: str) -> Path:
-    """Return a file that a header names, in its folder or below: no other file is to be read."""
+    """Return a file that a header names; refuse one outside its folder."""
     folder = header.parent.resolve()
     try:
         path = (folder / name).resolve()
         is_there = path.is_file()
     except (OSError, ValueError):
-        # A name that no file can have.
+        # An invalid file name.
         path, is_there = folder, False
     if not path.is_relative_to(folder):
         raise VolumeError(
@@ -112,10 +112,10 @@ def file_beside(header: Path, name: str) -> Path:
 
 
 def slices_in(folder: Path, suffixes: tuple[str, ...]) -> Iterator[Path]:
-    """Yield the files of a folder that may be slices; refuse links that lead out of it."""
+    """Yield the files of a folder that may be slices; refuse links out of it."""
     own = folder.resolve()
     for path in folder.iterdir():
-        # Finder leaves a "._" next to each file on foreign disks.
+        # macOS leaves a "._" file next to each file on foreign disks.
         if path.name.startswith(".") or not path.is_file():
             continue
         if not path.resolve().is_relative_to(own):
@@ -134,12 +134,12 @@ def damaged(path: Path, how: str) -> VolumeError:
 
 
 def not_a(path: Path, what: str) -> VolumeError:
-    """Return the error for a file whose suffix, or the reader, is not of its kind."""
+    """Return the error for a file whose suffix or reader does not match its content."""
     return VolumeError(f"{path}: this is not {what}; choose another or correct its suffix.")
 
 
 def unreadable(path: Path, error: OSError) -> VolumeError:
-    """Return the error for a file that the system does not let be read."""
+    """Return the error for a file that the system does not allow to read."""
     return VolumeError(
         f"{error.filename or path}: the file cannot be read ({reason(error)}); "
         "check the path and your permissions."
@@ -153,7 +153,7 @@ def unsupported(path: Path, what: str, remedy: str) -> VolumeError:
 
 @contextmanager
 def log_of(*names: str) -> Iterator[list[str]]:
-    """Collect what libraries log as a warning or an error, and keep their warnings quiet."""
+    """Collect warnings and errors that libraries log, and silence their warnings."""
     found = list[str]()
     handler = logging.Handler(logging.WARNING)
     handler.emit = lambda record: found.append(record.getMessage())  # type: ignore[method-assign]
@@ -181,9 +181,10 @@ def errors_of(
     cut_off: tuple[type[Exception], ...] = (),
     missing: str = "",
 ) -> Iterator[None]:
-    """Take what a library raises as damage of a file; `says` has a place for its first line.
+    """Convert a library's errors to damage of a file; `says` has a field for the first line.
 
     Errors in `cut_off` mean that a part is missing.
+
     """
     with log_of(*loggers):
         try:

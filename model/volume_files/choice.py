@@ -1,4 +1,4 @@
-"""Choosing one volume of those that a file or folder holds, and describing what was read."""
+"""The choice among a file's or folder's volumes, and descriptions of the one read."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from model.scene.volume import ChoiceKind, Content, Volume
 from model.volume_files.checks import readable_size, times
 
 AskedKind = Literal["series", "array", "time", "channel"]
-"""Kinds of contents that a :class:`Choice` chooses from; components are chosen by themselves."""
+"""Kinds of contents that a :class:`Choice` chooses from; components are separate."""
 
 PLURALS = {
     "series": "series", "array": "arrays", "time": "time steps", "channel": "channels",
@@ -29,10 +29,10 @@ MOST_LISTED = 12  # names in a sentence; the others are counted
 
 @dataclass(frozen=True)
 class Choice:
-    """Choice of what to read of a file or folder that holds more than one volume.
+    """Choice of what to read from a file or folder of several volumes.
 
-    Each is a name or a number from 0, or "magnitude" of components; None for the largest or the
-    first. `spacing` and `stretch` were typed in place of the file's; see ``typed_spacing``.
+    Each is a name, a number from 0, or "magnitude" (components); None: the largest or first.
+    `spacing` and `stretch` were typed in place of the file's; see ``typed_spacing``.
     """
 
     series: str | None = None
@@ -45,7 +45,7 @@ class Choice:
 
     @classmethod
     def parse(cls, text: str) -> Choice:
-        """Rebuild a choice from its :attr:`text`; what is not understood is left out."""
+        """Rebuild a choice from its :attr:`text`, without invalid parts."""
         parts = dict(re.findall(r"(\w+)=((?:[^;\\]|\\.)*)(?:;|$)", text))
         kinds = [field.name for field in fields(cls) if field.name in parts]
         return cls(**{kind: re.sub(r"\\(.)", r"\1", parts[kind]) for kind in kinds})
@@ -61,7 +61,7 @@ class Choice:
         )
 
     def but(self, kind: ChoiceKind, name: str) -> Choice:
-        """Return the choice with another content of one kind."""
+        """Return a copy with another content of one kind."""
         return replace(self, **{kind: name})
 
 
@@ -115,7 +115,7 @@ def chosen(
     dimensions: Sequence[int],
     dtype: DTypeLike,
 ) -> tuple[int, tuple[Content, ...]]:
-    """Return the index of the chosen one of contents of equal size, and all; `names` or a count."""
+    """Return the chosen index and all contents of equal size, from `names` or a count."""
     if isinstance(names, int):
         names = [str(k) for k in range(names)]
     number = chosen_index(path, kind, names, getattr(choice, kind))
@@ -123,7 +123,7 @@ def chosen(
 
 
 def choice_notes(contents: Sequence[Content]) -> tuple[str, ...]:
-    """Sentences on what was read of several contents, one for each kind."""
+    """Sentences on what was read, one for each kind."""
     notes = []
     for kind in dict.fromkeys(content.kind for content in contents):
         alike = [content for content in contents if content.kind == kind]
@@ -185,9 +185,9 @@ def describe(volume: Volume) -> list[tuple[str, str]]:
 
 
 def as_data(volume: Volume) -> dict[str, Any]:
-    """Return a volume's properties, on the linear scale, as plain data, for programs.
+    """Return a volume's properties on the linear scale as plain data.
 
-    Lengths are along x, y and z, that of z stretched; what is unknown is empty.
+    Lengths are along x, y and z, with z stretched; unknown ones are empty.
     """
     volume = volume.linear
     file = asdict(volume.file)

@@ -1,6 +1,7 @@
-"""The CF conventions for an array, by xarray and cf_xarray: its values, axes, up and down.
+"""The CF conventions for an array's values and axes, by xarray and cf_xarray.
 
-Whole files are not left to xarray: it reads others that they name, and gives up at one variable.
+Whole files are not opened with xarray: it reads other files that they name, and fails on one bad
+variable.
 """
 
 from __future__ import annotations
@@ -15,10 +16,10 @@ from numpy.typing import NDArray
 
 Attributes = Mapping[str, Any]
 Coordinates = Mapping[str, tuple[NDArray[Any], Attributes]]
-"""Values along axes as they are stored, and their attributes, by the names of the axes."""
+"""Stored values along axes, and their attributes, by names of axes."""
 
 EVEN = 1e-2  # relative difference up to which steps of a coordinate count as equal
-NEXT_TO = 1e-6  # share of a missing voxel in an interpolated one from which on it is missing, too
+NEXT_TO = 1e-6  # least share of a missing voxel that makes an interpolated one missing
 _FILLS, _SCALES = ("_FillValue", "missing_value"), ("scale_factor", "add_offset")
 _TEXTS = ("units", "positive", "axis", "standard_name")
 _LETTERS = {"longitude": "x", "latitude": "y", "vertical": "z", "time": "t"}
@@ -38,7 +39,7 @@ DEFAULT_FILLS = {
     "i8": -9223372036854775806, "u8": 18446744073709551614,
     "f4": 9.969209968386869e36, "f8": 9.969209968386869e36,
 }  # fmt: skip
-"""What NetCDF's libraries leave in voxels that were never written, by type; bytes have none."""
+"""NetCDF's default fill values, by type; bytes have none."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,7 +58,7 @@ class Axis:
 
     @property
     def step(self) -> float | None:
-        """Usual distance of neighbors, with its sign; None if unknown."""
+        """Typical distance of neighbors, with its sign; None if unknown."""
         return None if self.numbers is None else float(np.median(np.diff(self.numbers)))
 
     @property
@@ -126,9 +127,10 @@ def _axis(name: str, letter: str, coordinate: Any) -> Axis:
 def decoded(
     values: NDArray[Any], attributes: Attributes, is_netcdf: bool = False
 ) -> tuple[NDArray[Any], NDArray[np.bool_] | None, tuple[str, ...]]:
-    """Return what stored values mean by the attributes, where they are missing, and notes.
+    """Decode stored values by their attributes; return them, the missing ones, and notes.
 
     NetCDF files without a declared fill value have the library's own.
+
     """
     dtype = values.dtype
     if dtype.kind not in "iuf":
@@ -148,7 +150,7 @@ def decoded(
         else:
             found = values.view(f"u{dtype.itemsize}" if "_Unsigned" in packing else dtype)
         missing = np.zeros(values.shape, bool) if packing.keys() & {*_FILLS} else None
-        # Plane by plane, as the numbers in between take more memory than the volume.
+        # Plane by plane, as intermediate numbers take more memory than the volume.
         for k, plane in enumerate(values):
             numbers = _unpacked(plane, packing)
             if missing is not None:
@@ -166,7 +168,7 @@ def decoded(
 
 
 def _unpacked(values: NDArray[Any], packing: dict[str, Any]) -> NDArray[Any]:
-    """Return what values mean by their packing, with NaN for what is missing."""
+    """Unpack values, with NaN for missing ones."""
     import xarray
 
     names = [f"axis{k}" for k in range(values.ndim)]
@@ -192,7 +194,7 @@ def _outside(
             continue
         if packing.get("_Unsigned") == "true" and end < 0:
             end += 1 << (8 * stored.itemsize)
-        # Limits of a wider type than that of packed values are those of the unpacked ones.
+        # Limits of a wider type than the packed values' refer to unpacked ones.
         is_unpacked = stored.kind in "iu" and np.asarray(attributes[name]).dtype.kind == "f"
         limits.append(end if is_unpacked else end * slope + offset)
     low, high = sorted(limits)
@@ -214,7 +216,7 @@ def evened(
     result = interp1d(old, values, axis=along)(new).astype(kind)
     back = None
     if missing is not None:
-        # Missing is what lies next to a missing voxel.
+        # Voxels next to a missing one are missing.
         back = interp1d(old, missing.astype(np.float32), axis=along)(new) > NEXT_TO
     farthest = np.abs(new[:, None] - old).min(axis=1).max()
     unit = f" {axis.unit}" if axis.unit else ""
@@ -227,12 +229,12 @@ def evened(
 
 
 def _texts(attributes: Attributes) -> dict[str, str]:
-    """Return the attributes that say what an axis is."""
+    """Return the attributes that identify an axis."""
     return {name: text for name in _TEXTS if (text := attribute_text(attributes, name))}
 
 
 def _packing(attributes: Attributes, dtype: np.dtype[Any]) -> dict[str, Any]:
-    """Return the attributes that xarray is to decode, as numbers of the right type."""
+    """Return the attributes for xarray to decode, as numbers of the right type."""
     found: dict[str, Any] = {}
     for name in _FILLS:
         fills = [fill for n in attribute_numbers(attributes, name) for fill in _fill(n, dtype)]
@@ -247,7 +249,7 @@ def _packing(attributes: Attributes, dtype: np.dtype[Any]) -> dict[str, Any]:
 
 
 def _fill(number: float, dtype: np.dtype[Any]) -> list[Any]:
-    """Return a fill value in the type of the stored values; none if it cannot be one of them."""
+    """Return a fill value in the stored type, or none if it does not fit."""
     if dtype.kind == "f":
         return [dtype.type(number)]
     if not math.isfinite(number):
@@ -258,13 +260,13 @@ def _fill(number: float, dtype: np.dtype[Any]) -> list[Any]:
 
 
 def attribute_number(attributes: Attributes, name: str) -> float | None:
-    """Return an attribute that is a finite number; None if it is none."""
+    """Return an attribute as a finite number, or None."""
     found = attribute_numbers(attributes, name)
     return found[0] if len(found) == 1 and math.isfinite(found[0]) else None
 
 
 def attribute_numbers(attributes: Attributes, name: str) -> list[float]:
-    """Return an attribute's numbers; empty if it is missing or holds none."""
+    """Return an attribute's numbers; empty if there are none."""
     try:
         value = attributes.get(name)
         return [] if value is None else [float(each) for each in np.ravel(value)[:64]]
@@ -274,7 +276,7 @@ def attribute_numbers(attributes: Attributes, name: str) -> list[float]:
 
 
 def attribute_text(attributes: Attributes, name: str) -> str:
-    """Return an attribute as text, joined if it is stored letter by letter; empty if missing."""
+    """Return an attribute as text, also if stored as letters; empty if missing."""
     try:
         value = attributes.get(name)
         if isinstance(value, np.ndarray):

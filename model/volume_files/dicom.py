@@ -1,4 +1,4 @@
-"""DICOM series, given as a folder or by one of its files, and the stacks that they consist of."""
+"""DICOM series, given as a folder or one of its files, and their stacks."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ CHANNEL_FIELDS = (
     "DiffusionGradientOrientation", "ComplexImageComponent", "FrameType", "ImageType",
     "ReferencedSegmentNumber", "StackID",
 )  # fmt: skip
-LATE_FIELDS = ("AcquisitionTime", "ContentTime")  # of the clock, asked last
+LATE_FIELDS = ("AcquisitionTime", "ContentTime")  # times of the clock, tried last
 
 WORDS = {
     "EchoNumbers": "echo", "EchoTime": "echo time",
@@ -45,12 +45,12 @@ WORDS = {
     "StackID": "stack",
 }  # fmt: skip
 
-SAME_PLACE = 1e-3  # distance in mm below which two images lie at one place
+SAME_PLACE = 1e-3  # distance in mm below which two images are at the same position
 
 
 @dataclass(frozen=True, eq=False)
 class Stack:
-    """Images that are one volume, or may be."""
+    """Images that may form a volume."""
 
     frames: tuple[Frame, ...]
     series: str
@@ -61,8 +61,8 @@ class Stack:
 def stacks_of(frames: Sequence[Frame]) -> list[Stack]:
     """Find the volumes among images, the largest first.
 
-    Images of another series, size, type, spacing or orientation are of another stack. Where
-    some lie at one place, fields that identify acquisitions, time steps and the like divide them.
+    Images of another series, size, type, spacing or orientation are of another stack. Images at the
+    same position are divided by fields for acquisitions, time steps and the like.
     """
     groups: dict[tuple[object, ...], list[Frame]] = defaultdict(list)
     for frame in frames:
@@ -78,7 +78,7 @@ def stacks_of(frames: Sequence[Frame]) -> list[Stack]:
 
 
 def _kind(frame: Frame) -> tuple[object, ...]:
-    """Facts that images of one volume have in common."""
+    """Properties that the images of a volume share."""
     tags = frame.file
     return (
         tags.text("SeriesInstanceUID"),
@@ -95,7 +95,7 @@ def _kind(frame: Frame) -> tuple[object, ...]:
 
 
 def _named_apart(stacks: list[Stack]) -> list[Stack]:
-    """Give series of the same name, other than times and channels of one, different names."""
+    """Give different names to series of the same name, except times and channels of one."""
     kinds: dict[str, list[tuple[object, ...]]] = defaultdict(list)
     named = []
     for stack in stacks:
@@ -113,17 +113,17 @@ def _is_placed(frames: Iterable[Frame]) -> bool:
 
 
 def _place(frame: Frame) -> tuple[float, ...]:
-    """Return an image's position, the same number for images at one place."""
+    """Return an image's position, rounded so that images at the same position agree."""
     return tuple(np.round(np.array(frame.position) / SAME_PLACE / 10))
 
 
 def _repeats(frames: Sequence[Frame]) -> int:
-    """Number of images that lie where another one lies."""
+    """Number of images at the position of another one."""
     return len(frames) - len({_place(frame) for frame in frames}) if _is_placed(frames) else 0
 
 
 def _divided(stack: Stack) -> list[Stack]:
-    """Divide a stack as long as images lie at one place and a field tells them apart."""
+    """Divide a stack while images share a position and a field distinguishes them."""
     frames = stack.frames
     if len(frames) < 2 or not _is_placed(frames):
         return [stack]
@@ -169,7 +169,7 @@ def _order(text: str) -> tuple[int, float, str]:
 
 
 def _by_rank(frames: Sequence[Frame]) -> dict[str, list[Frame]]:
-    """Group images by how many with lower numbers lie at the same place, if all places do so."""
+    """Group images by how many with lower numbers are at the same position, if all agree."""
     at: dict[tuple[float, ...], list[Frame]] = defaultdict(list)
     for frame in sorted(frames, key=lambda frame: frame.number):
         at[_place(frame)].append(frame)
@@ -179,7 +179,7 @@ def _by_rank(frames: Sequence[Frame]) -> dict[str, list[Frame]]:
 
 
 def _overlap(parts: dict[str, list[Frame]]) -> bool:
-    """Whether the stretches along the normal that groups of images take overlap."""
+    """Whether the groups' intervals along the normal overlap."""
     normal = next(iter(parts.values()))[0].normal
     places = [[float(np.dot(frame.position, normal)) for frame in part] for part in parts.values()]
     ends = sorted((min(each), max(each)) for each in places)
@@ -187,7 +187,7 @@ def _overlap(parts: dict[str, list[Frame]]) -> bool:
 
 
 def _apart(stack: Stack) -> list[Stack]:
-    """Divide images that lie in two or more stacks side by side, not on one line."""
+    """Divide images of two or more stacks side by side."""
     frames = stack.frames
     if len(frames) < 4 or not _is_placed(frames):
         return [stack]
@@ -199,7 +199,7 @@ def _apart(stack: Stack) -> list[Stack]:
         usual = float(np.median(jumps))
         if usual <= 0 or (jumps <= 20 * usual).all():
             return [stack]
-        # Only where the pieces are volumes by themselves; else it is a gap, which is said.
+        # Only if the pieces are volumes by themselves; else it is a gap, which is reported.
         cuts = [0, *(np.flatnonzero(jumps > 20 * usual) + 1).tolist(), len(ordered)]
         parts = [ordered[a:b] for a, b in itertools.pairwise(cuts)]
         if min(len(part) for part in parts) < 2:
@@ -246,7 +246,7 @@ def list_dicom(files: Sequence[Path]) -> tuple[list[Stack], tuple[str, ...]]:
     others = [file for file in read if file.kind is None]
     classes = {file.text("SOPClassUID") for file in images}
     for file in others:
-        # Of a file that was cut off there may be only the beginning of its class.
+        # A truncated file may have only the beginning of its class.
         begun = (file.text("SOPClassUID"), file.meta_text("MediaStorageSOPClassUID"))
         is_image = any(each.startswith(part) for each in classes for part in begun)
         is_image |= not classes and any("Image Storage" in UID(part).name for part in begun)
@@ -269,7 +269,7 @@ def list_dicom(files: Sequence[Path]) -> tuple[list[Stack], tuple[str, ...]]:
 
 
 def read_dicom(files: Sequence[Path], like: Path | None = None, choice: Choice = LARGEST) -> Grid:
-    """Read one volume from the files of a folder: that of the file `like`, or else the largest."""
+    """Read one volume from a folder's files: that of the file `like`, or the largest."""
     with log_of("pydicom"):
         return _read(files, like, choice)
 

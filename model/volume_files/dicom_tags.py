@@ -1,4 +1,4 @@
-"""DICOM files and their images: tags by pydicom, where pixels lie, what they belong to and mean."""
+"""DICOM files and their images: tags by pydicom, position and meaning of the pixels."""
 
 from __future__ import annotations
 
@@ -24,16 +24,16 @@ DEFLATED, BIG_ENDIAN = "1.2.840.10008.1.2.1.99", "1.2.840.10008.1.2.2"
 UNDEFINED = 0xFFFFFFFF
 PLAIN = (IMPLICIT, EXPLICIT, DEFLATED, BIG_ENDIAN)  # syntaxes without compression of frames
 PIXEL_TAGS = {(0x7FE0, 0x0010): "iu", (0x7FE0, 0x0008): "f4", (0x7FE0, 0x0009): "f8"}
-MOST_INFLATED = 1 << 30  # bytes that a deflated file may become
+MOST_INFLATED = 1 << 30  # most bytes of an inflated file
 _TEXTS = ("CS", "DS", "IS", "UI", "SH", "DA", "TM", "AE", "AS")  # kinds of plain text
 
 
 @dataclass(frozen=True, eq=False)
 class DicomFile:
-    """Tags of a DICOM file up to the pixels, and the place of these.
+    """Tags of a DICOM file up to the pixels, and the pixels' position in it.
 
     The kind is that of integers ("iu") or floating-point numbers; None without pixels. The length
-    is -1 for encapsulated pixels. `content` is the whole file where it had to be inflated.
+    is -1 for encapsulated pixels. `content` is the whole file if it had to be inflated.
     """
 
     path: Path
@@ -68,7 +68,7 @@ def text_of(tags: Dataset, name: str) -> str:
             # pydicom takes long to convert a text.
             return (element.value or b"").decode("latin-1").strip(" \0")
     except Exception:
-        # pydicom converts values when they are asked for, and raises errors of many kinds.
+        # pydicom converts values on access, and raises errors of many kinds.
         return ""
     value = value_of(tags, name)
     if value is None:
@@ -114,7 +114,7 @@ def _tag(name: str) -> int:
 
 
 def is_dicom(path: Path, has_preamble: bool = False) -> bool:
-    """Return True if a file begins as DICOM does, with its preamble or, unless asked, without."""
+    """Return True if a file begins like DICOM, with its preamble or, optionally, without."""
     with path.open("rb") as file:
         start = file.read(PREAMBLE + 4)
     return start[PREAMBLE:] == b"DICM" or (not has_preamble and _is_bare(start))
@@ -134,7 +134,7 @@ def read_dicom_file(path: Path) -> DicomFile:
     from pydicom import config
     from pydicom.errors import InvalidDicomError
 
-    # Many files break rules of values; what is needed of them is checked here.
+    # Many files break rules of values; needed ones are checked here.
     config.settings.reading_validation_mode = config.IGNORE
     if not is_dicom(path):
         raise VolumeError(f"{path}: this is not a DICOM file; remove it from the folder.")
@@ -212,7 +212,7 @@ MOST_FRAMES = 100_000
 NO_UNITS = ("", "US")
 PET_UNITS = {"BQML": "Bq/ml", "CNTS": "counts", "GML": "g/ml", "PROPCNTS": "", "NONE": ""}
 
-SPACINGS = ("PixelSpacing", "NominalScannedPixelSpacing", "ImagerPixelSpacing")  # the truest first
+SPACINGS = "PixelSpacing", "NominalScannedPixelSpacing", "ImagerPixelSpacing"  # the best first
 
 _NESTED = {
     "TemporalPositionIndex": "FrameContentSequence", "StackID": "FrameContentSequence",
@@ -222,7 +222,7 @@ _NESTED = {
     "ComplexImageComponent": "MRImageFrameTypeSequence", "FrameType": "MRImageFrameTypeSequence",
     "ReferencedSegmentNumber": "SegmentIdentificationSequence",
 }  # fmt: skip
-"""Functional groups of multi-frame files in which fields stand."""
+"""Functional groups of multi-frame files, by field."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -264,7 +264,7 @@ class Frame:
 
     @property
     def normal(self) -> tuple[float, float, float]:
-        """Direction at right angles to the image."""
+        """Direction perpendicular to the image."""
         axes = self.orientation or (1.0, 0.0, 0.0, 0.0, 1.0, 0.0)
         x, y, z = np.cross(axes[:3], axes[3:])
         return float(x), float(y), float(z)
@@ -294,7 +294,7 @@ def frames_of(file: DicomFile) -> list[Frame]:
         axes = _grouped(groups, "PlaneOrientationSequence", "ImageOrientationPatient")
         axes = axes or orientation
         if count > 1 and not per_frame and len(place) == 3 and len(axes) == 6:
-            # In nuclear medicine they may follow each other against their normal.
+            # In nuclear medicine they may be in the reverse order of their normal.
             is_down = file.text("Modality") == "NM" and number_in(tags, "SpacingBetweenSlices") < 0
             step = (measures or 1.0) * index * (-1 if is_down else 1)
             if len(offsets) == count:
@@ -324,7 +324,7 @@ def _usable(values: list[float], count: int) -> bool:
 
 
 def _placed(tags: Dataset, name: str) -> list[float]:
-    """Return position or orientation of the first image; nuclear medicine has the detector's."""
+    """Return position or orientation of the first image; the detector's in nuclear medicine."""
     found = numbers_of(tags, name)
     if found:
         return found
@@ -350,7 +350,7 @@ def _grouped(groups: tuple[Dataset, ...], sequence: str, name: str) -> list[floa
 
 
 def _measures(tags: Dataset, groups: tuple[Dataset, ...]) -> float | None:
-    """Return the distance of slices as it is given, or else their thickness."""
+    """Return the distance of slices, or else their thickness."""
     for name in ("SpacingBetweenSlices", "SliceThickness"):
         found = _grouped(groups, "PixelMeasuresSequence", name) or numbers_of(tags, name)
         if found and np.isfinite(found[0]) and found[0] != 0:
@@ -377,7 +377,7 @@ def _rescaling(file: DicomFile, groups: tuple[Dataset, ...]) -> tuple[float, flo
 
 
 def _units(file: DicomFile, kind: str) -> str:
-    """Return the units of rescaled values: those that are given, or Hounsfield's of a CT."""
+    """Return the units of rescaled values: the given ones, or HU for a CT."""
     if kind not in NO_UNITS:
         return kind
     modality = file.text("Modality")

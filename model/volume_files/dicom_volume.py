@@ -1,4 +1,4 @@
-"""A stack of DICOM images as a grid: their order, distances and shear, their pixels and values."""
+"""A stack of DICOM images as a grid: order, distances and shear, pixels and values."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ from model.volume_files.grid import Grid, placed
 
 EVEN = 0.02  # relative difference below which slice distances count as equal
 MOST_LISTED = 4
-LEAST_STEP = 1e-6  # distance in mm up to which two images lie at one place
-MOST_GAPS = 0.2  # share of distances up to which larger ones are gaps, not a change
+LEAST_STEP = 1e-6  # distance in mm up to which two images are at the same position
+MOST_GAPS = 0.2  # largest share of distances that are gaps rather than a change
 
 _KINDS = {
     "MONOCHROME1": "The file shows its lowest value as white (MONOCHROME1); the values are as "
@@ -28,7 +28,7 @@ _KINDS = {
 }
 
 _Order = tuple[list[Frame], float | None, tuple[str, ...], tuple[float, float]]
-"""Images in the order of their places, their distance, notes, and their shift along x and y."""
+"""Images in the order of their positions, their distance, notes, and shift along x and y."""
 
 
 def read_stack(images: Sequence[Frame]) -> Grid:
@@ -88,14 +88,14 @@ def value_type(frames: Sequence[Frame]) -> np.dtype[np.generic]:
 
 
 def _fill(plane: NDArray[Any], frame: Frame) -> NDArray[np.bool_] | None:
-    """Put an image's values into a slice; return where it is padding."""
+    """Put an image's values into a slice; return the padding."""
     pixels = stored_pixels(frame)
     padding = padding_mask(frame, pixels)
     table = value_of(frame.file.tags, "ModalityLUTSequence")
     if table and not frame.is_rescaled:
         plane[:] = _looked_up(pixels, table[0])
     else:
-        # Integers that do not fit in between come back with the next step.
+        # Integers that overflow in between come back with the next step.
         plane[:] = pixels
         if frame.is_rescaled:
             plane *= plane.dtype.type(frame.slope)
@@ -104,7 +104,7 @@ def _fill(plane: NDArray[Any], frame: Frame) -> NDArray[np.bool_] | None:
 
 
 def _looked_up(pixels: NDArray[np.generic], table: object) -> NDArray[np.generic]:
-    """Apply a modality's look-up table; beyond its ends its outermost values hold."""
+    """Apply a modality's look-up table, constant beyond its ends."""
     descriptor = [int(number) for number in value_of(table, "LUTDescriptor")]  # type: ignore[arg-type]
     count, first = descriptor[0] or 1 << 16, descriptor[1]
     data = value_of(table, "LUTData")  # type: ignore[arg-type]
@@ -118,7 +118,7 @@ def _looked_up(pixels: NDArray[np.generic], table: object) -> NDArray[np.generic
 
 
 def heights(frames: Sequence[Frame]) -> np.ndarray:
-    """Return how far along the first image's normal each image lies, in mm."""
+    """Return each image's distance along the first one's normal, in mm."""
     normal = np.array(frames[0].normal)
     return np.array([np.dot(frame.position, normal) for frame in frames])
 
@@ -129,7 +129,7 @@ def _ordered(frames: list[Frame]) -> _Order:
     notes: tuple[str, ...] = ()
     if is_placed := all(frame.position for frame in frames):
         places = heights(frames)
-        # Where all are at one place it says nothing.
+        # If all are at the same position, it is useless.
         is_placed = len(frames) == 1 or bool(np.ptp(places) > LEAST_STEP)
     if not is_placed:
         found = [numbers_of(frame.file.tags, "SliceLocation") for frame in frames]
@@ -160,7 +160,7 @@ def _ordered(frames: list[Frame]) -> _Order:
 def _gap_notes(
     places: NDArray[np.float64], steps: NDArray[np.float64], step: float
 ) -> tuple[str, ...]:
-    """Say which slices are missing, or that distances differ."""
+    """Describe missing slices or unequal distances."""
     if steps.max() - steps.min() <= EVEN * step:
         return ()
     gaps = []
@@ -181,7 +181,7 @@ def _gap_notes(
 
 
 def _shear(ordered: list[Frame], places: NDArray[np.float64]) -> tuple[float, float]:
-    """Return the shift per slice along rows and columns, if it is the same everywhere."""
+    """Return the shift per slice along rows and columns, if it is constant."""
     axes = np.array(ordered[0].orientation or (1.0, 0.0, 0.0, 0.0, 1.0, 0.0))
     positions = np.array([frame.position for frame in ordered])
     sideways = (positions - positions[0]) @ axes.reshape(2, 3).T
@@ -240,7 +240,7 @@ def _allocated(file: DicomFile) -> int:
 
 
 def stored_pixels(frame: Frame) -> NDArray[Any]:
-    """Read a frame's pixels in native byte order, without what lies in their unused bits."""
+    """Read a frame's pixels in native byte order, with unused bits cleared."""
     file, dtype = frame.file, stored_type(frame)
     if file.length < 0 or file.syntax not in PLAIN:
         pixels = _decoded(frame, dtype)
@@ -315,15 +315,15 @@ def _decoded(frame: Frame, dtype: np.dtype[np.generic]) -> NDArray[Any]:
     pixels = np.array(pixels.reshape(frame.rows, frame.columns))
     if dtype.kind == "f" or pixels.dtype.kind not in "iu":
         return pixels.astype(dtype)
-    # Decoders do not know whether numbers are signed: the same bits, then.
+    # Decoders do not know whether numbers are signed: keep the bits.
     return pixels.astype(f"u{dtype.itemsize}").view(dtype)
 
 
 def _check_size(frame: Frame, name: str, encoded: bytes) -> None:
-    """Check the size in a JPEG stream's own head against the tags, before memory is taken."""
+    """Check a JPEG stream's size against the tags before memory is allocated."""
     data = bytes(encoded)
     if name == "jpegls_decode" and not data.rstrip(b"\0").endswith(END_OF_IMAGE):
-        # CharLS looks for the end for half a minute.
+        # CharLS searches for the end for half a minute.
         raise checks.truncated(frame.file.path, ENDS_EARLY)
     found = None
     if name == "jpeg2k_decode":
@@ -344,12 +344,12 @@ def _check_size(frame: Frame, name: str, encoded: bytes) -> None:
 
 
 def padding_mask(frame: Frame, pixels: NDArray[Any]) -> NDArray[np.bool_] | None:
-    """Mark the stored pixels that the file declares to be padding; None where it declares none."""
+    """Mark the stored pixels that the file declares as padding; None without any."""
     ends = []
     for name in ("PixelPaddingValue", "PixelPaddingRangeLimit"):
         value = next(map(int, numbers_of(frame.file.tags, name)), None)
         if value is not None and pixels.dtype.kind in "iu":
-            # Whatever type it is declared as.
+            # Whatever its declared type.
             limits, wide = np.iinfo(pixels.dtype), 1 << (8 * pixels.dtype.itemsize)
             value += wide * (int(value < limits.min) - int(value > limits.max))
             value = value if limits.min <= value <= limits.max else None

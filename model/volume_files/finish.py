@@ -105,7 +105,7 @@ def _as_typed(grid: Grid, choice: Choice) -> Grid:
 
 
 def finished(path: Path, grid: Grid, component: Component | None) -> Grid:
-    """Reduce a grid to finite scalars; missing voxels have the smallest value of the others."""
+    """Reduce a grid to finite scalars; missing voxels get the others' smallest value."""
     scalars, listed, component_notes = _one_component(path, grid, component)
     scalars, missing, missing_notes = _without_missing(path, scalars, grid.missing)
     scalars, offset_notes = _without_offset(scalars)
@@ -116,7 +116,7 @@ def finished(path: Path, grid: Grid, component: Component | None) -> Grid:
 
 
 def _without_offset(scalars: NDArray[np.generic]) -> tuple[NDArray[np.generic], tuple[str, ...]]:
-    """Subtract the smallest voxel from integers that floating-point numbers would mix up."""
+    """Subtract the smallest voxel from integers too large for distinct floats."""
     if scalars.dtype.kind not in "iu" or scalars.dtype.itemsize < 8:
         return scalars, ()
     low, high = int(scalars.min()), int(scalars.max())
@@ -146,7 +146,7 @@ def _one_component(
 ) -> tuple[NDArray[np.generic], tuple[Content, ...], tuple[str, ...]]:
     """Reduce components to scalars, C-contiguous; also list the components, with notes.
 
-    Where nothing is chosen it is the magnitude of vectors and colours, else the first.
+    The default is the magnitude of vectors and colours, else the first.
     """
     values = grid.values if grid.values.ndim == 4 else grid.values[..., None]
     count, notes = values.shape[3], tuple[str, ...]()
@@ -181,7 +181,7 @@ def _one_component(
 
 
 def _in_order_of_slices(values: NDArray[np.generic]) -> NDArray[np.generic]:
-    """Return the values C-contiguous; slices in reverse are exchanged where they lie."""
+    """Return the values C-contiguous; reversed slices are swapped in place."""
     backwards = values[::-1]
     if not (backwards.flags.c_contiguous and backwards.flags.writeable) or len(values) < 2:
         return np.ascontiguousarray(values)
@@ -237,10 +237,10 @@ def _without_missing(
 
 
 def suspected_fills(scalars: NDArray[np.generic], missing: NDArray[np.bool_] | None) -> list[float]:
-    """Return the lowest and the highest value, each if it is repeated and far from all others.
+    """Return the lowest and the highest value if repeated and far from the others.
 
-    Such as -9999 where others lie from 0 to 240, with hardly any on the way there: a saturated
-    detector leaves many.
+    An example is -9999 with others in 0 to 240. Few voxels may lie between: a saturated detector
+    leaves many there.
     """
     if scalars.dtype.itemsize < 2:
         return []
@@ -261,7 +261,7 @@ def suspected_fills(scalars: NDArray[np.generic], missing: NDArray[np.bool_] | N
 
 
 def _sample(scalars: NDArray[np.generic], missing: NDArray[np.bool_] | None) -> NDArray[np.generic]:
-    """Return some voxels, the same ones each time; all of a small volume."""
+    """Return a fixed sample of the voxels, or all of a small volume."""
     if scalars.size <= SAMPLES:
         return scalars.ravel() if missing is None else scalars[~missing]
     places = np.unravel_index(
@@ -276,7 +276,7 @@ def _share(count: int, size: int) -> str:
 
 
 def _filled(scalars: NDArray[np.generic], missing: NDArray[np.bool_]) -> NDArray[np.generic]:
-    """Give missing voxels the smallest value of the others, in place where that is allowed."""
+    """Give missing voxels the others' smallest value, in place if allowed."""
     planes = zip(scalars, missing, strict=True)
     lowest = min(plane[~absent].min() for plane, absent in planes if not absent.all())
     if not scalars.flags.writeable:

@@ -1,4 +1,4 @@
-"""Files of other kinds: what they are by their content or suffix, and what converts them."""
+"""Unsupported files: their kind by content or suffix, and how to convert them."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ _ROWS = (
     (".pdf", "a document", "choose a volume"),
 )  # fmt: skip
 KINDS = {suffix: (what, remedy) for suffixes, what, remedy in _ROWS for suffix in suffixes.split()}
-"""What files are, and what makes a volume of them, by suffix."""
+"""Kinds of files, and programs that convert them, by suffix."""
 
 _STARTS: dict[bytes, str] = {
     b"\x89PNG": ".png", b"\xff\xd8\xff": ".jpg", b"BM": ".bmp", b"GIF8": ".gif", b"%PDF": ".pdf",
@@ -66,10 +66,10 @@ _STARTS: dict[bytes, str] = {
     b"CDF\x05": ".cdf5", b"\x0e\x03\x13\x01": ".hdf4", b"GRIB": ".grib",
     b"solid ": ".stl", b"ply\n": ".ply", b"# AmiraMesh": ".am", b"# Avizo": ".am",
 }  # fmt: skip
-"""Suffixes by how files begin."""
+"""Suffixes by the files' first bytes."""
 
 SLICES = (".dcm", ".ima", ".dicom", ".tif", ".tiff")
-DEEPEST, MOST_LOOKED_AT = 4, 20  # levels of folders, and files in one, searched for slices
+DEEPEST, MOST_LOOKED_AT = 4, 20  # levels of folders, and files of each, searched for slices
 
 
 def suffix_of(path: Path) -> str:
@@ -79,7 +79,7 @@ def suffix_of(path: Path) -> str:
 
 
 def foreign_advice(path: Path) -> str:
-    """Return what a file is that cannot be read here, and what to do; empty if not known."""
+    """Return the kind of an unsupported file, and what to do; empty if unknown."""
     found = ""
     if path.is_file():
         with path.open("rb") as file:
@@ -104,7 +104,7 @@ def _folder_of_slices(folder: Path, depth: int = 0) -> Path | None:
 
 
 def folder_advice(folder: Path, volume_suffixes: Collection[str]) -> str:
-    """Return what is in a folder without slices, and what to do; empty if that is not known."""
+    """Describe a folder without slices, and what to do; empty if unknown."""
     if (folder / "attributes.json").is_file():
         return "this is {}, which is not read here; {}".format(*KINDS[".n5"])
     inside = sorted(path for path in folder.iterdir() if path.name[0] != ".")

@@ -1,4 +1,4 @@
-"""Grids, which file readers return, and their place: spacing, units, directions and mirrors."""
+"""Grids, which file readers return, and their placement: spacing, units and directions."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ SMALLEST_SPACING, LARGEST_SPACING = 1e-15, 1e15
 MOST_UNLIKE_SPACING = 1e4
 MOST_STRETCHED = 1e9
 
-HEIGHTS = 0.2, 1.0  # limits of a box's height by its width, where their units differ
+HEIGHTS = 0.2, 1.0  # limits of a box's height relative to its width if units differ
 
 _UNITS = {
     **{"m meter meters metre metres": 1.0, "dm decimeter": 1e-1},
@@ -55,7 +55,7 @@ NAMES = {length: names.split()[0] for names, length in _UNITS.items()}  # their 
 
 
 def unit_name(text: str) -> str:
-    """Return a unit by its usual name: ``"um"`` for ``"micron"``; unknown ones unchanged."""
+    """Return a unit's usual name: ``"um"`` for ``"micron"``; unknown ones unchanged."""
     if text.lower().startswith("degree"):
         return "degrees"
     word = text.strip().strip("\0").replace("\\u00B5", "u").replace("\u00b5", "u")
@@ -65,7 +65,7 @@ def unit_name(text: str) -> str:
 
 
 def typed_spacing(text: str) -> tuple[Triple, str]:
-    """Parse a spacing along x, y and z and its unit, such as ``"0.5,0.5,2 um"``, or refuse it."""
+    """Parse a spacing along x, y and z and its unit, such as ``"0.5,0.5,2 um"``."""
     numbers, _, unit = text.strip().replace(", ", ",").partition(" ")
     steps = [number_of(word) or 0.0 for word in numbers.split(",")]
     if len(steps) != 3 or not all(SMALLEST_SPACING < step < LARGEST_SPACING for step in steps):
@@ -77,7 +77,7 @@ def typed_spacing(text: str) -> tuple[Triple, str]:
 
 
 def typed_stretch(text: str) -> float:
-    """Parse how many times as long as its spacing says z is drawn; refuse other texts."""
+    """Parse the factor by which z is stretched."""
     factor = number_of(text) or 0.0
     if not 1 / MOST_STRETCHED <= factor <= MOST_STRETCHED:
         raise VolumeError(
@@ -89,7 +89,7 @@ def typed_stretch(text: str) -> float:
 def in_one_unit(
     lengths: Sequence[float | None], units: Sequence[str]
 ) -> tuple[list[float | None], str, tuple[str, ...]]:
-    """Convert lengths to the unit of the first one; also return it, and a note if units differ."""
+    """Convert lengths to the first one's unit; also return it, and a note if units differ."""
     names = [unit_name(unit) for unit in units]
     known = [name for name, length in zip(names, lengths, strict=True) if length is not None]
     unit = known[0] if known else ""
@@ -113,7 +113,7 @@ def _differing(units: Sequence[str]) -> str:
 def proposed_stretch(
     lengths: Sequence[float | None], dimensions: Sequence[int], units: Sequence[str]
 ) -> tuple[float, str]:
-    """Propose a stretch of z, whose unit is another than that of x and y, and say so."""
+    """Propose a stretch of z, whose unit differs from that of x and y, with a note."""
     differ = _differing([unit_name(unit) for unit in units])
     x, y, z = (abs(length or 0.0) * (n - 1) for length, n in zip(lengths, dimensions, strict=True))
     widest = max(x, y)
@@ -128,9 +128,10 @@ def proposed_stretch(
 
 
 def usable_spacing(spacing: Sequence[float | None] | None) -> tuple[Triple, tuple[str, ...]]:
-    """Convert a header's spacing, None where it says nothing, to a valid one; also return notes.
+    """Convert a header's spacing, or None, to a valid one; also return notes.
 
     Signs are dropped, see :func:`placed`; unusable steps become 1, and all if they are very unlike.
+
     """
     ones = (1.0, 1.0, 1.0)
     if spacing is None or all(s is None for s in spacing):
@@ -162,7 +163,7 @@ def usable_origin(origin: Sequence[float]) -> Triple:
 
 
 def unit_directions(directions: NDArray[np.float64] | None) -> tuple[Triple, ...]:
-    """Return the rows of a matrix as unit vectors in plain numbers; empty if they are unusable."""
+    """Return the rows of a matrix as unit vectors; empty if they are unusable."""
     if directions is None or not np.isfinite(directions).all():
         return ()
     lengths = np.linalg.norm(directions, axis=1, keepdims=True)
@@ -218,11 +219,11 @@ def is_space(letters: str) -> bool:
     return len(letters) == 3 and all(sum(each in pair for each in letters) == 1 for pair in pairs)
 
 
-SQUARE = 1e-2  # cosine up to which two axes count as being at right angles
+SQUARE = 1e-2  # cosine up to which two axes count as perpendicular
 MOST_TILT, MOST_ROOM = 0.9, 2.0
-"""Sine of the angle, and lengths of the slices by which they grow, up to which they are sheared."""
+"""Limits of shearing: sine of the angle, and growth in lengths of the slices."""
 
-Shear = tuple[float, float]  # shift of each slice against the one before along x and y, in voxels
+Shear = tuple[float, float]  # shift of a slice from the previous one along x and y, in voxels
 
 
 def placed(
@@ -233,11 +234,11 @@ def placed(
     *,
     is_left_handed: bool = False,
 ) -> Grid:
-    """Put a grid where its file says it lies, given its origin, and say what was changed.
+    """Place a grid as its file says, given its origin, and describe changes.
 
     Row k of the directions points along axis k, with any length, in a space such as ``"LPS"``,
     which may be left-handed. Axes with negative steps and slices of left-handed grids are reversed;
-    slices that are shifted evenly are sheared back, but not those of components.
+    evenly shifted slices of scalars are sheared back.
     """
     spacing, notes = usable_spacing(steps)
     unit = unit_directions(directions)
@@ -275,7 +276,7 @@ def placed(
 
 
 def _reversed(grid: Grid, axis: int, step: NDArray[np.float64]) -> Grid:
-    """Return a grid with one axis in reverse order, whose voxels are a step apart."""
+    """Return a grid with one axis in reverse order; its voxels are a step apart."""
     values, missing = (
         None if each is None else np.flip(each, axis=2 - axis)
         for each in (grid.values, grid.missing)
@@ -286,7 +287,7 @@ def _reversed(grid: Grid, axis: int, step: NDArray[np.float64]) -> Grid:
 
 
 def _sheared_back(grid: Grid, directions: NDArray[np.float64]) -> tuple[Grid, NDArray[np.float64]]:
-    """Shear a grid back whose slices are shifted against one another by the same step each."""
+    """Shear a grid back whose slices are each shifted by the same step."""
     x, y, z = directions
     lengths = np.linalg.norm(directions, axis=1)
     if grid.values.ndim != 3 or abs(x @ y) > SQUARE * lengths[0] * lengths[1]:
@@ -312,7 +313,7 @@ def _sheared_back(grid: Grid, directions: NDArray[np.float64]) -> tuple[Grid, ND
 def sheared_back(
     values: NDArray[np.generic], missing: NDArray[np.bool_] | None, shear: Shear
 ) -> tuple[NDArray[np.generic], NDArray[np.bool_], tuple[int, int]]:
-    """Move each slice by its shift, within a grid that has room for all of them."""
+    """Move each slice by its shift, within a grid large enough for all."""
     from scipy.ndimage import affine_transform
 
     nz, ny, nx = values.shape
@@ -327,7 +328,7 @@ def sheared_back(
             affine_transform(each, (1.0, 1.0), places, shape[1:], order=1)
             for each in (plane.astype(np.float64), known)
         )
-        # Where a voxel has all the neighbors that it lies between.
+        # Where a voxel has all the neighbors it lies between.
         absent[z] = there < 1 - 1e-6
         pixels = np.rint(pixels) if values.dtype.kind in "iu" else pixels
         moved[z] = np.where(absent[z], 0, pixels).astype(values.dtype)

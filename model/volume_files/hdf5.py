@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
 SIGNATURE_PLACES = (0, 512, 1024, 2048)
-HEAP, MOST_SEARCHED = b"GCOL\1", 1 << 26  # how a heap begins, and where heaps are looked for
+HEAP, MOST_SEARCHED = b"GCOL\1", 1 << 26  # first bytes of a heap, and where heaps are searched for
 
 MOST_ARRAYS, LONGEST_AXIS = 5000, 1 << 20
 
@@ -63,7 +63,7 @@ def read_hdf5(path: Path, choice: Choice = LARGEST) -> Grid:
 
 
 def _check_heaps(path: Path) -> None:
-    """Refuse a heap of texts with an entry of no length, at which HDF5 loops without end."""
+    """Refuse a heap of texts with an entry of length 0, at which HDF5 loops forever."""
     with path.open("rb") as file, mmap(file.fileno(), 0, access=ACCESS_READ) as data:
         start = data.find(HEAP, 0, MOST_SEARCHED)
         while start >= 0:
@@ -89,7 +89,7 @@ def _refusal(path: Path, error: OSError) -> VolumeError:
 
 
 def _arrays(path: Path, file: h5py.File, is_netcdf: bool) -> list[StoredArray]:
-    """List the arrays, as the program that wrote the file means them or as they are."""
+    """List the arrays as the writing program means them, or as they are."""
     import h5py
 
     found: dict[str, h5py.Dataset] = {}
@@ -126,7 +126,7 @@ def _arrays(path: Path, file: h5py.File, is_netcdf: bool) -> list[StoredArray]:
 
 
 def _array(name: str, item: h5py.Dataset, is_netcdf: bool) -> StoredArray:
-    """Describe an array by its dimension scales and by attributes in use."""
+    """Describe an array by its dimension scales and common attributes."""
     letters = attribute_text(item.attrs, "axes") or attribute_text(item.attrs, "DimensionOrder")
     names = [*letters] if len(letters) == item.ndim else [""] * item.ndim
     coordinates = {}
@@ -154,7 +154,7 @@ def _array(name: str, item: h5py.Dataset, is_netcdf: bool) -> StoredArray:
 def _read_netcdf3(path: Path, choice: Choice) -> Grid:
     from scipy.io import netcdf_file
 
-    # Mapped, so that only what is chosen is read.
+    # Memory-mapped, so that only the chosen part is read.
     with (
         errors_of(path, "SciPy says '{}'", "scipy"),
         netcdf_file(path, "r", mmap=True, maskandscale=False) as file,
@@ -184,7 +184,7 @@ def _variable(file: Any, name: str, variable: Any) -> StoredArray:
 
 
 def _native(data: NDArray[Any], index: Any) -> NDArray[Any]:
-    """Copy a part of an array, as the file is closed when it is used."""
+    """Copy a part of an array, as the file is closed before its use."""
     return np.array(data[index], data.dtype.newbyteorder("="))
 
 
@@ -198,7 +198,7 @@ _VTK_KINDS = {
 }  # fmt: skip
 LONGEST_XML = 1 << 22
 GREATEST_RATIO = 1100  # of values to their bytes in the file: that of deflate, with some room
-MOST_UNWRITTEN = 1 << 28  # bytes that are believed to be fill values, however few are written
+MOST_UNWRITTEN = 1 << 28  # bytes that may always be fill values, however few are written
 
 
 def _values_of(item: Any, index: Any) -> NDArray[Any]:
@@ -206,7 +206,7 @@ def _values_of(item: Any, index: Any) -> NDArray[Any]:
     stored, need = item.id.get_storage_size(), item.size * item.dtype.itemsize
     room = stored * (GREATEST_RATIO if item.chunks else 1)
     if item.chunks or not stored:
-        # What was never written has the fill value.
+        # Unwritten voxels have the fill value.
         room = max(room, MOST_UNWRITTEN)
     if item.chunks and not (item.compression or item.shuffle):
         written = item.id.get_num_chunks() * math.prod(item.chunks) * item.dtype.itemsize
@@ -219,7 +219,7 @@ def _values_of(item: Any, index: Any) -> NDArray[Any]:
 
 
 def _check_kind(path: Path, file: h5py.File) -> None:
-    """Refuse files whose arrays are no volumes by themselves, by what they are."""
+    """Refuse files of kinds whose arrays are no volumes by themselves."""
     paraview = "resample it to an image in ParaView (Resample To Image), and save that as .vti"
     keys = {*file}
     is_adaptive = {"refine level", "node type"} <= keys or "Chombo_global" in keys
@@ -233,7 +233,7 @@ def _check_kind(path: Path, file: h5py.File) -> None:
 
 
 def _own(file: h5py.File, name: str) -> Any:
-    """Return a group of the file; None if it is missing or a link, perhaps to another file."""
+    """Return a group of the file; None if it is missing or a link."""
     import h5py
 
     place: Any = file
@@ -246,7 +246,7 @@ def _own(file: h5py.File, name: str) -> Any:
 
 
 def _arrays_by_program(path: Path, file: h5py.File, items: Items) -> list[StoredArray]:
-    """Return the arrays of a file as the program that wrote it means them; none if not known."""
+    """Return the arrays of a file as its program means them; none if unknown."""
     if (image := _own(file, "DataSetInfo/Image")) is not None:
         return _imaris(file, image, items)
     if any(re.fullmatch(r"t\d{5,}/s\d{2,}/\d+/cells", name) for name in items):
@@ -324,7 +324,7 @@ def _imaris(file: h5py.File, image: Any, items: Items) -> list[StoredArray]:
 
 
 def _big_data_viewer(path: Path, items: Items) -> list[StoredArray]:
-    """Signed numbers are meant as unsigned ones; sizes are in the file's .xml."""
+    """Signed numbers stand for unsigned ones; sizes are in the file's .xml."""
     setups: dict[tuple[int, str], dict[tuple[int, int], Any]] = defaultdict(dict)
     for name, item in items.items():
         if place := re.fullmatch(r"t(\d+)/s(\d+)/(\d+)/cells", name):
@@ -350,7 +350,7 @@ def _big_data_viewer(path: Path, items: Items) -> list[StoredArray]:
 
 
 def _setup_sizes(path: Path) -> dict[int, tuple[list[float], str]]:
-    """Return voxel sizes and their unit by number of the view, where the file's .xml is there."""
+    """Return voxel sizes and units by view number, from the file's .xml if it exists."""
     is_own = path.resolve().parent == path.parent.resolve()
     if not is_own or not path.is_file() or path.stat().st_size > LONGEST_XML:
         return {}
@@ -402,7 +402,7 @@ def _itk(items: Items) -> list[StoredArray]:
 def _open_pmd(path: Path, items: Items) -> list[StoredArray]:
     found = []
     for name, item in items.items():
-        # What a vector's components share is said of their group.
+        # Properties that a vector's components share are their group's.
         said = {**item.parent.attrs, **item.attrs}
         labels = [
             label.decode() if isinstance(label, bytes) else str(label)

@@ -1,4 +1,4 @@
-"""Names and colours of labels, as programs write them, and numbers that a TF tells apart."""
+"""Names and colours of labels as programs write them, and renumbering for a TF's bins."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from model.volume_files.grid import Grid
 
 Labels = tuple[Label, ...]
 
-LONGEST = 1 << 20  # bytes of text that are read at most
+LONGEST = 1 << 20  # most bytes of text that are read
 _NUMBER = r"[-+.\deE]+"
 
 
@@ -76,7 +76,7 @@ def snap_labels(path: Path) -> Labels:
 
 
 def told_apart(grid: Grid) -> Grid:
-    """Return a grid of labels that a TF's bins tell apart: others are numbered in their order."""
+    """Return labels that fall into different bins of a TF, renumbered in order if needed."""
     values, labels = grid.values, {label.value: label for label in grid.facts.labels}
     if values.ndim != 3 or float(values.max()) - float(values.min()) < TF_SAMPLES:
         return grid
@@ -103,7 +103,7 @@ def told_apart(grid: Grid) -> Grid:
 
 
 def _label(value: Any, name: Any, color: Any, most: float) -> Label:
-    """Return a label; a colour that is none is left out."""
+    """Return a label, without an invalid colour."""
     try:
         r, g, b = (min(max(float(number) / most, 0.0), 1.0) for number in color)
     except (TypeError, ValueError):

@@ -1,4 +1,4 @@
-"""Masks in files: labels, as segmentation programs read and write them, of which some are shown."""
+"""Masks in files: labels as segmentation programs read and write them."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ from model.volume_files import read_volume
 from model.volume_files.checks import times
 from model.volume_files.grid import METRES, is_space
 
-SUFFIXES = (".nrrd", ".nii.gz", ".nii")  # of files that are written
+SUFFIXES = (".nrrd", ".nii.gz", ".nii")  # suffixes of written files
 MOST_LABELS = 4096  # different values that a file of labels may have
-MOST_COUNTED = 1 << 16  # difference of values up to which each is counted, which is faster
-MOST_NAMED = 12  # of them that an error names
-ALIKE = 0.5  # voxels by which two grids may be apart that count as the same
+MOST_COUNTED = 1 << 16  # largest difference of values that are counted one by one, which is faster
+MOST_NAMED = 12  # number of values that an error names
+ALIKE = 0.5  # distance in voxels up to which two grids count as the same
 WIDEST = 1 << 15  # voxels along an axis from which on NIfTI-1 has no number for them
 
 
@@ -35,9 +35,9 @@ class LabelMap:
 
     name: str
     voxels: NDArray[np.generic]  # (nz, ny, nx), 0 where there is no label
-    values: tuple[float, ...]  # of the labels that there are
-    named: tuple[Label, ...] = ()  # those that the file names or colours
-    note: str = ""  # how they came onto the volume's grid, if they were on another
+    values: tuple[float, ...]  # existing labels
+    named: tuple[Label, ...] = ()  # labels that the file names or colours
+    note: str = ""  # how they were resampled onto the volume's grid, if so
 
     def label(self, value: float) -> Label:
         """Return what the file says of a value."""
@@ -47,12 +47,12 @@ class LabelMap:
         """Return a label's number in the file, and its name if it has one."""
         label = self.label(value)
         number = f"{value if label.number is None else label.number:.12g}"
-        # One that is numbered anew has the file's number in its name.
+        # A renumbered one has the file's number in its name.
         name = label.name if label.number is None else label.name.removeprefix(number).strip()
         return [number, *filter(None, [name])]
 
     def named_by(self, text: str) -> list[float]:
-        """Return the labels that numbers and names with commas between them say, or refuse it."""
+        """Parse numbers and names of labels, separated by commas."""
         known = {value: self.names(value) for value in self.values}
         found, words = list[float](), text.split(",")
         while words:
@@ -75,7 +75,7 @@ class LabelMap:
         return Mask.of(np.isin(self.voxels, np.array([*shown], dtype=self.voxels.dtype)))
 
     def shown_by(self, mask: Mask | None) -> Collection[float]:
-        """Return the labels of which a mask shows something; all where it shows none of them."""
+        """Return the labels that a mask shows at least in part; all if it shows none."""
         if mask is None:
             return self.values
         found = _values(self.voxels[mask.shown])
@@ -85,9 +85,8 @@ class LabelMap:
 def read_labels(path: Path, volume: Volume, is_kept: bool = False) -> LabelMap:
     """Read labels for a volume; those of another grid are resampled, and a note says so.
 
-    What is kept goes by the voxels' numbers: another spacing may have been typed since.
-    Raises :class:`TfscopeError` for a file that has no labels, or whose grid is not known to lie
-    where the volume does.
+    Voxels correspond by number, as another spacing may have been typed since. Raises
+    :class:`TfscopeError` for a file without labels, or with a grid of unknown place.
     """
     labels = read_volume(path)
     if labels.missing is not None:
@@ -105,23 +104,23 @@ def read_labels(path: Path, volume: Volume, is_kept: bool = False) -> LabelMap:
 
 
 def _values(voxels: NDArray[np.generic]) -> NDArray[np.generic]:
-    """Return the different values that voxels have, in increasing order."""
+    """Return the voxels' distinct values in increasing order."""
     counted = Distribution(voxels.reshape(1, -1))
     is_counted = voxels.dtype.kind in "iu" and np.ptp(counted.range) < MOST_COUNTED
     return counted.frequencies[0] if is_counted and voxels.size else np.unique(voxels)
 
 
 def read_mask(path: Path, volume: Volume) -> Mask | None:
-    """Read the mask that is kept of a volume: a file's labels but 0; None shows all voxels."""
+    """Read a volume's stored mask: all labels but 0; None shows all voxels."""
     labels = read_labels(path, volume, is_kept=True)
     return labels.mask(labels.values)
 
 
 def _on_grid(labels: Volume, volume: Volume) -> tuple[NDArray[np.generic], str]:
-    """Return the label at each voxel of a volume, and what was done to find it.
+    """Return the label at each voxel of a volume, and a note on resampling.
 
-    Where both files say how their grids lie in one space, that is the nearest; else the grids must
-    have the same size.
+    If both files place their grids in one space, it is the nearest label; else the grids must have
+    the same size.
     """
     is_alike = labels.dimensions == volume.dimensions
     there, here = (_frame(each) for each in (labels, volume))
@@ -134,7 +133,7 @@ def _on_grid(labels: Volume, volume: Volume) -> tuple[NDArray[np.generic], str]:
             f"{times(volume.dimensions)}, and the files do not say how these lie in one space; "
             "resample the mask to the volume's grid."
         )
-    # From numbers of the volume's voxels to those of the labels, as a homogeneous matrix.
+    # Homogeneous matrix from the volume's voxel numbers to the labels'.
     change = np.linalg.inv(there) @ here
     corners = np.array(list(np.ndindex(2, 2, 2))) * (np.array(volume.dimensions) - 1)
     found = corners @ change[:3, :3].T + change[:3, 3]
@@ -160,9 +159,9 @@ def _on_grid(labels: Volume, volume: Volume) -> tuple[NDArray[np.generic], str]:
 
 
 def _frame(volume: Volume) -> NDArray[np.float64] | None:
-    """Homogeneous matrix (4, 4) from numbers of voxels along x, y and z to the file's space.
+    """Homogeneous matrix (4, 4) from voxel numbers along x, y and z to the file's space.
 
-    The space is RAS in metres where the file names a patient's; None where the file is silent.
+    The space is RAS in metres if the file names a patient's; None if unknown.
     """
     facts = volume.file
     if not facts.directions:
@@ -180,15 +179,15 @@ def _frame(volume: Volume) -> NDArray[np.float64] | None:
 
 
 def _unstretched(volume: Volume) -> NDArray[np.float64]:
-    """Spacing and origin of a volume (2, 3), as its file says them."""
+    """Spacing and origin of a volume (2, 3) as in its file."""
     return np.array([volume.spacing, volume.origin]) / (1, 1, volume.file.stretch)
 
 
 def write_mask(path: Path, mask: Mask, volume: Volume) -> None:
-    """Write a mask of a volume as labels, 1 where it shows something, whole or not at all.
+    """Write a mask of a volume as labels: 1 for shown voxels. The file is complete or not there.
 
-    The file's grid is the volume's; it is NIfTI by its name, else NRRD. Raises
-    :class:`TfscopeError` where it cannot be written.
+    It has the volume's grid; it is NIfTI by its name, else NRRD. Raises :class:`TfscopeError` if it
+    cannot be written.
     """
     what, name = f"{path}: the mask cannot be written", path.name.lower()
     with os_errors_as(TfscopeError, what, "choose another place"):
@@ -215,7 +214,7 @@ def _nrrd_head(volume: Volume) -> bytes:
         f"space origin: {vectors[3]}",
         *([f"space units: {unit} {unit} {unit}"] if facts.spacing_unit else []),
         "encoding: gzip",
-        # As 3D Slicer writes them: the label's name.
+        # The label's name as 3D Slicer writes it.
         "Segment0_LabelValue:=1",
         "Segment0_Name:=shown",
     ]

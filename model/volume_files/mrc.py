@@ -1,4 +1,4 @@
-"""MRC and CCP4 maps, as from electron microscopy: heads by mrcfile, voxels as a block."""
+"""MRC and CCP4 maps, as from electron microscopy: headers by mrcfile, voxels as a block."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ def _type(path: Path, header: np.ndarray, mode: int) -> tuple[int, np.dtype[np.g
 
     if mode == 0:
         words = np.frombuffer(header.tobytes(), np.dtype(np.int32).newbyteorder("<"))
-        # IMOD's stamp, and its flag for signed bytes; else extremes that no signed byte has.
+        # IMOD's stamp and its flag for signed bytes; else extremes that no signed byte has.
         is_stamped = words[38] == IMOD_STAMP
         is_wide = 0 <= float(header["dmin"]) <= 127 < float(header["dmax"]) <= 255
         if not words[39] & 1 if is_stamped else is_wide:

@@ -1,4 +1,4 @@
-"""NIfTI-1 and -2, Analyze and MGH files: heads by nibabel, voxels as a block."""
+"""NIfTI-1 and -2, Analyze and MGH files: headers by nibabel, voxels as a block."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ ALIKE = 1e-3  # relative difference of voxel sizes below which they count as equ
 
 @dataclass(frozen=True, eq=False)
 class _Head:
-    """A head's facts on the voxels, fastest axis first; the offset is in the unpacked file."""
+    """A header's facts on the voxels, fastest axis first; the offset is in the unpacked file."""
 
     format: str
     path: Path
@@ -94,7 +94,7 @@ def read_nifti(path: Path, choice: Choice = LARGEST) -> Grid:
 
 
 def _plain_type(path: Path, dtype: np.dtype[Any]) -> tuple[int, np.dtype[np.generic]]:
-    """Return the number of values of each voxel, and their type."""
+    """Return the number of values per voxel, and their type."""
     if dtype.fields:
         return len(dtype.fields), np.dtype(np.uint8)
     if dtype.kind == "c":
@@ -105,7 +105,7 @@ def _plain_type(path: Path, dtype: np.dtype[Any]) -> tuple[int, np.dtype[np.gene
 
 
 def _head(path: Path) -> _Head:
-    """Read the head of a file, or of the pair that it is one of."""
+    """Read the header of a file, or of its pair."""
     suffix = path.name.lower()
     if suffix.endswith((".mgh", ".mgz")):
         return _mgh_head(path)
@@ -115,7 +115,7 @@ def _head(path: Path) -> _Head:
     is_single = start[344:347] == b"n+1" or start[4:7] == b"n+2"
     offset = max(int(np.nan_to_num(float(header["vox_offset"]))), 0)
     if is_single:
-        # Some writers leave it out: voxels cannot begin within the head.
+        # Some writers omit it; voxels cannot begin within the header.
         offset = max(offset, LEAST_OFFSETS[form])
     try:
         dtype = header.get_data_dtype()
@@ -142,7 +142,7 @@ def _head(path: Path) -> _Head:
 
 
 def _analyze_scaling(header: AnalyzeHeader, path: Path) -> tuple[float, tuple[str, ...]]:
-    """Return the factor that SPM writes into a head of Analyze's, and what is to be said."""
+    """Return the factor that SPM writes into an Analyze header, and notes."""
     notes: tuple[str, ...] = ()
     if path.name.lower().endswith((".nii", ".nii.gz")):
         notes += (
@@ -156,10 +156,10 @@ def _analyze_scaling(header: AnalyzeHeader, path: Path) -> tuple[float, tuple[st
 
 
 def _pair(path: Path) -> tuple[Path, Path]:
-    """Return the files of head and voxels: one file, or .hdr and .img."""
+    """Return the files of header and voxels: one file, or .hdr and .img."""
     name = path.name.lower()
     if not name.endswith((".hdr", ".img", ".hdr.gz", ".img.gz")):
-        # One that is known by its content may have any name.
+        # A file recognized by its content may have any name.
         return path, path
     stem = path.name[: name.rindex(".img" if ".img" in name else ".hdr")]
     siblings = {each.name.lower(): each for each in path.parent.glob(f"{escape(stem)}.*")}
@@ -222,7 +222,7 @@ def _mgh_head(path: Path) -> _Head:
 def _frame_of(
     header: Any, sizes: Sequence[float]
 ) -> tuple[NDArray[np.float64] | None, tuple[str, ...]]:
-    """Return a header's sform, else its qform, and in what it contradicts itself."""
+    """Return a header's sform, else its qform, and notes on contradictions."""
     sform, qform = _affine(header, "sform"), _affine(header, "qform")
     notes: tuple[str, ...] = ()
     if sform is None:
@@ -243,7 +243,7 @@ def _affine(header: Any, name: str) -> NDArray[np.float64] | None:
     try:
         found = getattr(header, f"get_{name}")(coded=True)[0]
     except Exception:
-        # Quaternions that are no rotation.
+        # Quaternions that are not a rotation.
         return None
     if found is None:
         return None
@@ -254,7 +254,7 @@ def _affine(header: Any, name: str) -> NDArray[np.float64] | None:
 
 
 def _differences(sform: NDArray[np.float64], qform: NDArray[np.float64]) -> tuple[str, ...]:
-    """Say in what the two matrices disagree."""
+    """Describe how the two matrices disagree."""
     s, q = sform[:3, :3], qform[:3, :3]
     s_unit, q_unit = (each / np.linalg.norm(each, axis=0) for each in (s, q))
     if np.linalg.det(s) * np.linalg.det(q) < 0:

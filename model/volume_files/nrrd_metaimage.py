@@ -1,4 +1,4 @@
-"""NRRD and MetaImage: heads of "key: value" lines, with the voxels behind them or in another file.
+"""NRRD and MetaImage: headers of "key: value" lines; voxels follow or are in another file.
 
 VTK's readers crash on 64-bit integers and on four axes, and return noise for truncated files.
 """
@@ -72,7 +72,7 @@ _ALIASES = {
 
 @dataclass(frozen=True)
 class _Head:
-    """Fields of a head by name, and its length in bytes."""
+    """Fields of a header by name, and its length in bytes."""
 
     path: Path
     form: str
@@ -126,7 +126,7 @@ class _Head:
         return np.dtype(kind).newbyteorder(">" if is_big else "<")
 
     def data_file(self, name: str | None) -> tuple[Path, int]:
-        """Return the file with the voxels, and where they begin before any skips."""
+        """Return the file with the voxels, and their offset before any skips."""
         if name is None:
             return self.path, self.length
         if name.startswith("LIST") or re.search(r"%\d*d.* ", name):
@@ -140,10 +140,10 @@ class _Head:
 
 
 def read_nrrd(path: Path, choice: Choice = LARGEST) -> Grid:
-    """Read a NRRD file; of four axes one is that of components or time steps.
+    """Read a NRRD file; one of four axes has components or time steps.
 
-    That is the one whose kind is not spatial or, without kinds, the first if it has nine or fewer
-    entries, and else the last, which is that of time.
+    It is the axis whose kind is not spatial. Without kinds it is the first, with components, if it
+    has at most nine entries, else the last, with time steps.
     """
     head = _nrrd_head(path)
     sizes = head.sizes("sizes", "dimension")
@@ -214,7 +214,7 @@ def _nrrd_head(path: Path) -> _Head:
 
 
 def _extra_axis(head: _Head, sizes: list[int], rows: list[list[float]]) -> int | None:
-    """Return the axis that is none of space; None for a scalar volume."""
+    """Return the axis that is not spatial; None for a scalar volume."""
     kinds = head.fields.get("kinds", "").lower().split()
     if len(kinds) == len(sizes):
         named = [axis for axis, kind in enumerate(kinds) if kind not in _SPATIAL_KINDS]
@@ -234,7 +234,7 @@ def _extra_axis(head: _Head, sizes: list[int], rows: list[list[float]]) -> int |
 def _nrrd_values(
     head: _Head, sizes: list[int], extra: int | None, dtype: np.dtype[np.generic], choice: Choice
 ) -> tuple[NDArray[np.generic], tuple[Content, ...]]:
-    """Read the voxels, components last, and list the time steps that the file holds."""
+    """Read the voxels, components last, and list the file's time steps."""
     path, last = head.path, len(sizes) - 1
     count = 1 if extra is None else sizes[extra]
     dimensions = [size for axis, size in enumerate(sizes) if axis != extra]
@@ -279,7 +279,7 @@ def _nrrd_block(head: _Head, sizes: list[int], dtype: np.dtype[np.generic]) -> B
 
 
 def _steps(head: _Head, axes: list[int]) -> tuple[list[float | None] | None, str, tuple[str, ...]]:
-    """Return the spacing in one unit, that unit, and what is to be said of both."""
+    """Return the spacing in one unit, that unit, and notes."""
     found = head.numbers("spacings", max(axes) + 1)
     steps: list[float | None] | None = None if found is None else [found[axis] for axis in axes]
     notes: tuple[str, ...] = ()
@@ -339,7 +339,7 @@ def _number(text: str) -> float:
 
 
 def read_metaimage(path: Path, choice: Choice = LARGEST) -> Grid:
-    """Read a MetaImage file; a fourth axis is that of time steps, of which one is read."""
+    """Read a MetaImage file, or one time step of it if it has a fourth axis."""
     head = _metaimage_head(path)
     sizes = head.sizes("DimSize", "NDims")
     channels = head.integers("ElementNumberOfChannels", "1")
@@ -361,7 +361,7 @@ def read_metaimage(path: Path, choice: Choice = LARGEST) -> Grid:
     letters = head.fields.get("AnatomicalOrientation", "").upper()
     labels: tuple[str, ...] = ()
     if is_space(letters) and rows is None:
-        # They say where each axis comes from. With a matrix that holds, as for ITK, which writes
+        # They name where each axis comes from. A matrix takes precedence, as in ITK, which writes
         # both, and its space is the patient's.
         labels = axis_labels(np.eye(3), "".join(OPPOSITES[letter] for letter in letters))
     grid = Grid(

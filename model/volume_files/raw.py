@@ -1,4 +1,4 @@
-"""Headerless raw volumes: layouts, given or by the file's name, and previews of the file."""
+"""Headerless raw volumes: layouts, given or from the file's name, and previews."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from model.volume_files.blocks import Block, read_block
 from model.volume_files.checks import check_grid, number_of, readable_size, times, unreadable
 from model.volume_files.grid import Grid, placed
 
-LONGEST_HEADER = 1 << 16  # most bytes that are taken for a header
+LONGEST_HEADER = 1 << 16  # most bytes that count as a header
 
 ByteOrder = Literal["little", "big"]
 
@@ -38,9 +38,10 @@ _BIG = {"be", "big", "bigendian", "msb"}
 
 @dataclass(frozen=True)
 class RawLayout:
-    """Layout of a headerless file: voxels along x, y and z, x fastest; scalar type; bytes to skip.
+    """Layout of a headerless file: voxels along x, y and z, x fastest; type; bytes to skip.
 
     Raises VolumeError for what cannot be.
+
     """
 
     dimensions: tuple[int, int, int]
@@ -64,8 +65,8 @@ class RawLayout:
     def parse(cls, text: str) -> RawLayout | None:
         """Parse a layout such as ``engine_256x256x110_uint8_be spacing=0.5,0.5,1 offset=512``.
 
-        None without dimensions or scalar type, or if its spacing is no numbers. The byte order is
-        little unless a word after the dimensions is ``be``, ``big``, ``bigendian`` or ``msb``.
+        None without dimensions or scalar type, or with an invalid spacing. The byte order is little
+        unless a word after the dimensions is ``be``, ``big``, ``bigendian`` or ``msb``.
         """
         found = list(_DIMENSIONS.finditer(text))
         if not found:
@@ -85,7 +86,7 @@ class RawLayout:
 
     @property
     def text(self) -> str:
-        """Text from which :meth:`parse` rebuilds the layout."""
+        """Text for :meth:`parse`."""
         words = "x".join(map(str, self.dimensions)) + f"_{self.scalar_type}"
         words += "_be" if self.byte_order == "big" else ""
         if self.spacing is not None:
@@ -143,11 +144,11 @@ _ORDERS = ("bigendian", "msb", "littleendian", "lsb")
 
 
 def guess_layout(path: Path, size: int) -> RawLayout | None:
-    """Return the layout that a name gives, or the file's size where only one is possible.
+    """Return the layout by a file's name, or by its size if only one fits.
 
     ``head-512x512-16bit`` says two dimensions and the size of a value, ``fuel64`` suggests a cube;
-    the last of two counts. The layout needs exactly these bytes, perhaps behind a header, or is
-    the one that the name gives in full, though it does not fit. None if several fit, or none.
+    the last of two counts. The layout needs exactly these bytes, perhaps after a header; a layout
+    given in full by the name need not fit. None if several fit, or none.
     """
     named = RawLayout.parse(path.stem)
     if named is not None and named.nbytes == size:
@@ -185,7 +186,7 @@ def guess_layout(path: Path, size: int) -> RawLayout | None:
 
 
 def _taken(pattern: re.Pattern[str], text: str) -> tuple[re.Match[str] | None, str]:
-    """Return the last match, and the text without it."""
+    """Return the last match and the text without it."""
     found = [*pattern.finditer(text)]
     if not found:
         return None, text
@@ -193,7 +194,7 @@ def _taken(pattern: re.Pattern[str], text: str) -> tuple[re.Match[str] | None, s
 
 
 def _dimensions(sides: list[int], numbers: list[int], count: int) -> list[tuple[int, int, int]]:
-    """Return the dimensions that a name suggests, or a cube, for a number of values."""
+    """Return the dimensions that a name suggests, or a cube, for this many values."""
     if len(sides) == 3:
         return [(sides[0], sides[1], sides[2])]
     if len(sides) == 2:
@@ -212,8 +213,8 @@ PERCENTILES = 1.0, 99.0  # percentiles of the slice's values that are shown blac
 def preview(path: Path, layout: RawLayout, axis: int) -> NDArray[np.uint8]:
     """Return a picture of the middle slice across an axis, up to 256 pixels along each side.
 
-    Only what it needs is read; voxels that the file lacks are black. Columns run along x, or along
-    y across x; rows along y, or along z from the bottom upwards.
+    Only this slice is read; voxels that the file lacks are black. Columns run along x, or along y
+    across x; rows along y, or along z from the bottom upwards.
     """
     try:
         values, usable = _slice(path, layout, axis)
@@ -233,7 +234,7 @@ def file_size(path: Path) -> int:
 def _slice(
     path: Path, layout: RawLayout, axis: int
 ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-    """Read a middle slice: its values, and where they are there and finite."""
+    """Read a middle slice: its values, and which exist and are finite."""
     places: list[NDArray[np.int64]] = [
         np.arange(0, n, max(math.ceil(n / PREVIEW_SIZE), 1)) for n in layout.dimensions
     ]
@@ -255,21 +256,21 @@ def _slice(
 
 
 def _gray(values: NDArray[np.float64], usable: NDArray[np.bool_]) -> NDArray[np.uint8]:
-    """Scale values between percentiles to 0..255; what is not usable is black."""
+    """Scale values between percentiles to 0..255; unusable ones are black."""
     if not usable.any():
         return np.zeros(values.shape, np.uint8)
     low, high = np.percentile(values[usable], PERCENTILES)
     if low == high:
-        # Few voxels differ from the background: show those.
+        # Few voxels differ from the background: show them.
         low, high = values[usable].min(), values[usable].max()
-    # Halves, as a whole range may be more than a number can hold.
+    # Halves, as a whole range may overflow.
     high = np.inf if low == high else high
     shades = np.interp(values / 2, (low / 2, high / 2), (0.0, 255.0))
     return np.rint(np.where(usable, shades, 0.0)).astype(np.uint8)
 
 
 def fit_sentence(layout: RawLayout, present: int) -> str:
-    """Say how many bytes a layout needs against what the file has, and what would fit."""
+    """Compare a layout's bytes with the file's, and suggest what would fit."""
     need = layout.nbytes
     what = f"{times(layout.dimensions)} voxels of {layout.scalar_type} need {_bytes(need)}"
     if layout.offset:
@@ -303,7 +304,7 @@ def _remedies(layout: RawLayout, present: int) -> list[str]:
         return []
     size, rest = divmod(present, voxels)
     if not rest:
-        # One common type of each size is enough to say how wide the values are.
+        # One common type per size is enough to suggest a width.
         common = ("uint8", "uint16", "float32", "float64")
         found += [name for name in common if np.dtype(name).itemsize == size]
     for axis in (2, 1, 0):

@@ -56,14 +56,14 @@ def shipped_volumes() -> list[Path]:
 
 
 def sample_of(volume: Volume) -> Sample | None:
-    """Return the sample with a volume's name and dimensions, or None if it is another volume."""
+    """Return the sample with a volume's name and dimensions, or None."""
     x, y, z = volume.dimensions
     start = f"{volume.name.replace(' ', '_')}_{x}x{y}x{z}_"
     return next((each for each in SAMPLES if each.path.name.startswith(start)), None)
 
 
 def title_of(path: Path) -> str:
-    """Return the subject of a shipped volume, in words."""
+    """Return the subject of a shipped volume."""
     return next(sample.title for sample in SAMPLES if sample.path.name == path.name)
 
 
@@ -72,15 +72,15 @@ def picture_of(path: Path) -> Path:
     return path.with_suffix(".png")
 
 
-LEAST_OPACITY = 0.5  # that a designed TF must reach at a volume's values to be used
-LOWEST_HU = -4096.0  # below it values are no HU, not even those outside a scanner's view
+LEAST_OPACITY = 0.5  # opacity that a designed TF must reach at a volume's values to be used
+LOWEST_HU = -4096.0  # lower values are no HU, not even outside a scanner's field of view
 
 
 def first_transfer_function(volume: Volume) -> TransferFunction:
-    """Return the designed TF of a shipped volume or a CT scan, else one off the histogram.
+    """Return the designed TF of a shipped volume or a CT scan, else one from the histogram.
 
-    CT scans are shown as the shipped one is: those in Hounsfield units (HU), by their unit or
-    their values, and those on another scale whose peaks tell which one.
+    CT scans look like the shipped one if their values are Hounsfield units (HU), by unit or range,
+    or on another scale that their peaks reveal.
     """
     if volume.file.is_labels and volume.scale == "linear":
         return label_tf(volume)
@@ -97,7 +97,7 @@ def first_transfer_function(volume: Volume) -> TransferFunction:
 
 
 def _scan_values(volume: Volume) -> Range | None:
-    """Values that have the shipped scan's lowest and greatest HU, or None for no CT scan."""
+    """Values of the shipped scan's lowest and greatest HU; None if this is no CT scan."""
     units = volume.units.strip().upper()
     if units == "HU":
         return SCAN_HU

@@ -18,10 +18,11 @@ from model.volume_files.shipped import DEFAULT_VOLUME, shipped_volumes
 
 @dataclass(frozen=True)
 class VolumeSource(Choice):
-    """Source of a volume, as plain data: its file, and what of it to read and how to look at it.
+    """Source of a volume as plain data: its file, what to read of it, and its range and scale.
 
     Without a path it is the shipped default. `raw` is for :meth:`RawLayout.parse`, the range for
     :meth:`RangeChoice.parse`; without one it is the robust one.
+
     """
 
     path: Path | None = None
@@ -37,7 +38,7 @@ class VolumeSource(Choice):
 
     @property
     def is_placed(self) -> bool:
-        """Whether the range or the scale to look at it was chosen."""
+        """Whether the range or the scale was chosen."""
         return self.scalar_range is not None or self.scale is not None
 
     def read_whole(self) -> Volume:
@@ -46,7 +47,7 @@ class VolumeSource(Choice):
         return read_volume(path, raw=self._layout(), choice=self)
 
     def check(self) -> None:
-        """Refuse, by a VolumeError, invalid options and what is no volume at first sight."""
+        """Raise VolumeError for invalid options and for files that are obviously no volumes."""
         self._layout()
         component_of(self.component)
         self._range()
@@ -75,9 +76,9 @@ class VolumeSource(Choice):
 
 
 def volume_of(scene: Scene, source: VolumeSource) -> Volume:
-    """Read the volume of a model's scene, over its range and on its scale.
+    """Read the volume of a model's scene, over its range on its scale.
 
-    Raises VolumeError where the source has another scale or volume, or no shipped volume matches.
+    Raises VolumeError for another scale or volume, or if no shipped volume matches.
     """
     if source.scale not in (None, scene.scale):
         raise VolumeError(

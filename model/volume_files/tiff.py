@@ -1,4 +1,4 @@
-"""TIFF files of one or more volumes, by tifffile: series, voxel size, units and calibration."""
+"""TIFF files of one or more volumes, by tifffile: series, voxel sizes, units, calibration."""
 
 from __future__ import annotations
 
@@ -32,20 +32,20 @@ MINISWHITE, PALETTE = 0, 3
 GDAL_NODATA = 42113
 
 _HARMLESS = re.compile(r"metadata> raised|subfiletype|GDAL_NODATA|OME series failed to read \d")
-"""What tifffile warns of though the pixels are right."""
+"""Warnings of tifffile's though the pixels are right."""
 
 _HARMLESS_OF_PAGES = re.compile(_HARMLESS.pattern + r"|ImageJ series metadata invalid")
-"""The same where the file has several pages."""
+"""The same for a file of several pages."""
 
 _BROKEN_CHAIN = re.compile(r"invalid (page offset|offset to page)")
-"""What tifffile says where the file ends before its last page."""
+"""Messages of tifffile's for a file that ends before its last page."""
 
 _NAMES = {"ome": "OME-TIFF", "imagej": "TIFF by ImageJ", "stk": "MetaSeries STK", "lsm": "LSM"}
 
 
 @contextmanager
 def opened_tiff(path: Path) -> Iterator[TiffFile]:
-    """Open a TIFF file; what tifffile raises, or only warns of, is damage."""
+    """Open a TIFF file; tifffile's errors and warnings count as damage."""
     import tifffile
 
     says, cut = "its pixels cannot be unpacked: {}", "the header of a page lies beyond its end"
@@ -59,12 +59,11 @@ def opened_tiff(path: Path) -> Iterator[TiffFile]:
                 if not len(tiff.pages):
                     raise checks.damaged(path, "it has no pages")
                 yield tiff
-                # A stack that lies behind a single page was cut off, others were only described
-                # wrongly.
+                # A stack after a single page was truncated; others were only described wrongly.
                 is_described = len(tiff.pages) == 1
         except VolumeError:
             if any(_BROKEN_CHAIN.search(warning) for warning in warnings):
-                # What is wrong with the pages that are left is only a consequence.
+                # Defects of the remaining pages are only a consequence.
                 raise checks.truncated(path, "its list of pages leads beyond its end") from None
             raise
         except tifffile.TiffFileError as error:
@@ -78,7 +77,7 @@ def opened_tiff(path: Path) -> Iterator[TiffFile]:
 
 
 def read_tiff(path: Path, choice: Choice = LARGEST) -> Grid:
-    """Read a volume of a file; of several the largest, or the chosen one."""
+    """Read a file's chosen volume, or the largest."""
     with opened_tiff(path) as tiff:
         series = all_series(tiff)
         stacks = [stored(path, tiff, number, each) for number, each in enumerate(series)]
@@ -117,7 +116,7 @@ def _flat(path: Path, images: list[StoredArray]) -> VolumeError:
 
 
 def _kind_notes(tiff: TiffFile, series: TiffPageSeries, depth: str) -> tuple[str, ...]:
-    """Say what of the file is not shown as it may be meant, or is left out as it does not fit."""
+    """Describe parts of the file that may be shown differently than meant, or are left out."""
     notes: tuple[str, ...] = ()
     text, kind = tiff.pages.first.description or "", series.kind
     if "<OME" in text[:4096] and kind != "ome":
@@ -140,7 +139,7 @@ def _kind_notes(tiff: TiffFile, series: TiffPageSeries, depth: str) -> tuple[str
 
 # --- the volumes of a file ----------------------------------------------------------------
 
-GREATEST_RATIO = 1 << 14  # of pixels to their bytes in the file that is believed
+GREATEST_RATIO = 1 << 14  # largest plausible ratio of pixels to their bytes in the file
 
 UNCOMPRESSED = 1
 
@@ -148,8 +147,8 @@ UNCOMPRESSED = 1
 def all_series(tiff: TiffFile) -> list[TiffPageSeries]:
     """Return tifffile's series, but those by ImageJ with the pages that the file lists.
 
-    Tifffile takes those pages to lie one behind the other; programs that copy ImageJ's description
-    put them elsewhere. Single images of one size are one series.
+    Tifffile expects those pages in sequence; programs that copy ImageJ's description put them
+    elsewhere. Single images of one size are one series.
     """
     import tifffile
 
@@ -237,7 +236,7 @@ def _read(
     dtype: np.dtype[Any],
     index: Sequence[int | slice],
 ) -> NDArray[Any]:
-    """Read a volume slice by slice, or an image; what GDAL declares to be no data is masked."""
+    """Read a volume slice by slice, or an image; GDAL's no-data values are masked."""
     _check_pages(path, series)
     place = {k: slice(None) if letter in "YXS" else 0 for k, letter in enumerate(series.axes)}
     place |= {**apart, **dict(zip(kept, index, strict=True))}
@@ -258,7 +257,7 @@ def _read(
 
 
 def _check_pages(path: Path, series: Any) -> None:
-    """Check that its folder has the bytes of a series' pixels."""
+    """Check that the folder has the bytes of a series' pixels."""
     if np.dtype(series.dtype).kind not in "biuf":
         raise checks.unsupported(
             path, f"a TIFF of {series.dtype} voxels", "save its magnitude, for example in Fiji"
@@ -319,18 +318,18 @@ def _plane_reader(series: Any) -> Callable[[tuple[Any, ...]], NDArray[Any]]:
 X_RESOLUTION, Y_RESOLUTION, RESOLUTION_UNIT, PIXEL_SCALE = 282, 283, 296, 33550
 INCH, CENTIMETRE = 2, 3
 SIGNED_16 = -32768.0
-PRINTED = (72, 96, 100, 120, 150, 200, 240, 300, 360, 600, 1200)  # of pages in print
+PRINTED = (72, 96, 100, 120, 150, 200, 240, 300, 360, 600, 1200)  # in pages of print
 
 NO_UNITS = ("", "pixel", "pixels")
 
 Scale = tuple[Sequence[float | None] | None, str, tuple[str, ...]]
-"""Voxel size along x, y and z, None for what is not known, its unit, and notes."""
+"""Voxel size along x, y and z, None if unknown, its unit, and notes."""
 
 NOTHING: Scale = (None, "", ())
 
 
 def voxel_scale(tiff: TiffFile, series_number: int) -> Scale:
-    """Return the voxel size that ImageJ, OME, MetaSeries, Micro-Manager or others have written."""
+    """Return the voxel size by ImageJ, OME, MetaSeries, Micro-Manager or others."""
     unit = "um"
     if tiff.is_ome and tiff.ome_metadata:
         pixels = _pixels(tiff.ome_metadata, series_number)
@@ -373,7 +372,7 @@ def _scale(lengths: Sequence[Any], units: Sequence[str]) -> Scale:
 def calibrated(tiff: TiffFile, values: NDArray[Any]) -> tuple[NDArray[Any], str, tuple[str, ...]]:
     """Apply ImageJ's calibration of the values; also return their units and notes.
 
-    Signed 16-bit numbers are stored with an offset; another straight line gives floats.
+    Signed 16-bit numbers are stored with an offset; other linear maps give floats.
     """
     data = tiff.imagej_metadata or {}
     units = str(data.get("vunit", ""))
@@ -390,13 +389,13 @@ def calibrated(tiff: TiffFile, values: NDArray[Any]) -> tuple[NDArray[Any], str,
 
 
 def _size(value: Any) -> float | None:
-    """Return a length as a number; None if it is none above zero."""
+    """Return a length as a number above zero, or None."""
     number = checks.number_of(value)
     return None if number is None or number <= 0 else number
 
 
 def _resolution(tiff: TiffFile, tag: int) -> float | None:
-    """Return the distance of pixels by a resolution tag."""
+    """Return the pixel distance by a resolution tag."""
     value = tiff.pages.first.tags.valueof(tag)
     if isinstance(value, tuple) and len(value) == 2 and all(value):
         return _size(value[1] / value[0])
@@ -404,7 +403,7 @@ def _resolution(tiff: TiffFile, tag: int) -> float | None:
 
 
 def _of_imagej(tiff: TiffFile, data: Mapping[str, Any]) -> Scale:
-    """ImageJ leaves out what is 1: the distance of slices, and the resolution."""
+    """ImageJ omits the distance of slices and the resolution if they are 1."""
     unit = str(data.get("unit", "")).strip()
     x, y = _resolution(tiff, X_RESOLUTION), _resolution(tiff, Y_RESOLUTION)
     z = checks.number_of(data.get("spacing"))
@@ -434,7 +433,7 @@ def _kind(element: ElementTree.Element) -> str:
 
 
 def _pixels(text: str, number: int) -> ElementTree.Element | None:
-    """Return what an OME header says of the pixels of one of its images."""
+    """Return an OME header's description of one image's pixels."""
     if "<!ENTITY" in text:
         return None
     try:
@@ -446,7 +445,7 @@ def _pixels(text: str, number: int) -> ElementTree.Element | None:
 
 
 def _of_tags(tiff: TiffFile) -> Scale:
-    """Scale of geographic files, else what a resolution says of x and y."""
+    """Scale of geographic files, else x and y by the resolution."""
     scale = tiff.pages.first.tags.valueof(PIXEL_SCALE)
     if isinstance(scale, tuple) and len(scale) == 3:
         x, y, z = (_size(each) for each in scale)

@@ -44,7 +44,7 @@ def tiff_slices(folder: Path) -> list[Path]:
 
 
 def read_tiff_folder(folder: Path, slices: Sequence[Path], choice: Choice = LARGEST) -> Grid:
-    """Read one series of a folder: by the names of the files the longest, or the chosen one."""
+    """Read one series of a folder: the chosen one, or the longest by file names."""
     series = named_series(slices)
     with opened_tiff(series[0].files[0]) as tiff:
         is_stack = len(tiff.series) == 1 and min(dimensions_of(_first(tiff))) > 1
@@ -104,7 +104,7 @@ def _samples(array: StoredArray) -> int:
 def _check_slice(
     path: Path, array: StoredArray, pages: int, first_name: str, first: StoredArray
 ) -> None:
-    """Raise VolumeError if a file is no slice like the first one of its series."""
+    """Raise VolumeError if a file is no slice like the first of its series."""
     if pages != 1 or {*array.axes} & {*"ztc"}:
         raise VolumeError(
             f"{path}: this slice of a stack has {max(pages, dimensions_of(array)[2])} pages; "
@@ -175,10 +175,10 @@ def natural_key(path: Path) -> list[tuple[int, str]]:
 
 
 def named_series(files: Sequence[Path]) -> list[NamedSeries]:
-    """Group files by what their names have in common but for the number of the slice.
+    """Group files whose names differ only in the number of the slice.
 
     That number is the one with the most values, or the last of these. A minus is a sign only if
-    some names have none there. The longest group is first; files of unlike names are one.
+    some names have none there. The longest group is first; files with unlike names form one.
     """
     frames: dict[str, list[Path]] = defaultdict(list)
     for path in files:

@@ -25,7 +25,7 @@ LONGEST_HEADER = 1 << 20
 GHOSTS, VALID = ("vtkGhostType", "vtkGhostLevels"), "vtkValidPointMask"
 HIDDEN_POINT, HIDDEN_CELL = 2, 32  # bits of ghost types
 
-_OUTPUT_WINDOW = threading.Lock()  # guards VTK's output window, of which there is one per process
+_OUTPUT_WINDOW = threading.Lock()  # guards VTK's output window, one per process
 _MESSAGE = re.compile(
     r"^(ERROR|Generic Warning): In [^\n]*\n(?:\w+ \(0x[0-9a-f]+\): )?([^\n]+)", re.MULTILINE
 )
@@ -76,7 +76,7 @@ def image_arrays(
 
 
 def _checked(path: Path, found: list[VtkArray]) -> list[VtkArray]:
-    """Return the arrays that are no ghost types, or refuse to."""
+    """Return the arrays that are no ghost types, or raise VolumeError."""
     if any(not isinstance(array.name, str) for array in found):
         # VTK gives bytes where it cannot decode them.
         raise checks.damaged(path, "the name of an array is no text")
@@ -92,7 +92,7 @@ def _checked(path: Path, found: list[VtkArray]) -> list[VtkArray]:
 def _voxels(
     path: Path, image: Any, name: str, in_cells: bool, extent: Sequence[int] | None, _: Any
 ) -> NDArray[Any]:
-    """Return an image's array within an extent of points; what ghost types hide is masked."""
+    """Return an image's array within an extent of points, with hidden ghosts masked."""
     attributes = image.GetCellData() if in_cells else image.GetPointData()
     array = attributes.GetArray(name) if name else attributes.GetArray(0)
     dimensions = [n - in_cells for n in image.GetDimensions()]
@@ -110,7 +110,7 @@ def _voxels(
 
 
 def _hidden(attributes: Any, dimensions: Sequence[int], in_cells: bool) -> NDArray[np.bool_] | None:
-    """Return where values are blanked by ghost types or a mask of valid points."""
+    """Return the values that ghost types or a mask of valid points hide."""
     hidden: NDArray[np.bool_] | None = None
     for name in (GHOSTS[0], VALID):
         array = attributes.GetArray(name)
@@ -126,7 +126,7 @@ def _hidden(attributes: Any, dimensions: Sequence[int], in_cells: bool) -> NDArr
 
 
 def _run_quietly(path: Path, step: Callable[[], None]) -> None:
-    """Run one step of a VTK reader, such as ``reader.Update``; its complaint is damage."""
+    """Run one step of a VTK reader, such as ``reader.Update``; its errors are damage."""
     from vtkmodules.vtkCommonCore import vtkLogger, vtkOutputWindow, vtkStringOutputWindow
 
     with _OUTPUT_WINDOW:
@@ -251,7 +251,7 @@ def read_vti(path: Path, choice: Choice = LARGEST) -> Grid:
 
 
 def _announced(path: Path, reader: Any, extent: Sequence[int]) -> Iterator[VtkArray]:
-    """Yield the arrays that VTK finds in a file's header, but those of texts."""
+    """Yield the arrays that VTK finds in a file's header, without texts."""
     from vtkmodules.util.numpy_support import get_vtk_to_numpy_typemap
     from vtkmodules.vtkCommonDataModel import vtkDataObject
 
@@ -277,7 +277,7 @@ def _announced(path: Path, reader: Any, extent: Sequence[int]) -> Iterator[VtkAr
 def _read_xml(
     path: Path, reader: Any, name: str, in_cells: bool, extent: Sequence[int], index: Any
 ) -> NDArray[Any]:
-    """Read one array, and what tells which of its voxels there are."""
+    """Read one array, and its ghost types or valid points."""
     selections = reader.GetPointDataArraySelection(), reader.GetCellDataArraySelection()
     for its_cells, selection in enumerate(selections):
         selection.DisableAllArrays()
@@ -293,7 +293,7 @@ def _integers(text: str) -> list[int]:
 
 
 def _own_extent(path: Path, header: _Header, whole: list[int]) -> list[int] | None:
-    """Return the extent of the pieces that the file has, if that is less than the whole."""
+    """Return the extent of the file's pieces if it is less than the whole."""
     extents = re.findall(r"""<Piece\b[^>]*\bExtent\s*=\s*["']([^"']*)["']""", header.text)
     pieces = [*map(_integers, extents)]
     if not pieces or any(len(piece) != 6 for piece in pieces):
@@ -348,7 +348,7 @@ def _read_header(path: Path, file: BinaryIO) -> _Header:
 
 
 def _whole_extent(path: Path, header: _Header) -> list[int]:
-    """Return the extent after a check against memory and file; refuse bits, which VTK packs."""
+    """Return the extent, checked against memory and file; refuse bits, which VTK packs."""
     ends = _integers(header.attribute("WholeExtent"))
     if len(ends) != 6:
         raise checks.damaged(path, "its header has no extent of six numbers")
@@ -363,7 +363,7 @@ def _whole_extent(path: Path, header: _Header) -> list[int]:
 
 def _compressed_arrays(path: Path, header: _Header) -> list[tuple[int, bool]]:
     """Return the first byte of each compressed array, and True if it is in base64."""
-    # VTK takes the first one of its raw text, even within a comment.
+    # VTK takes the first one in its raw text, even within a comment.
     first = header.text.find("<AppendedData")
     appended = re.compile(r"<AppendedData\b[^>]*>\s*_").match(header.text, max(first, 0))
     if first >= 0 and appended is None:

@@ -20,7 +20,7 @@ from model.volume_files.label_names import ome_labels
 
 GREATEST_RATIO = 1 << 14
 MOST_CHUNK = 1 << 31
-MOST_UNWRITTEN = 1 << 28  # bytes of voxels that are believed however few chunks there are
+MOST_UNWRITTEN = 1 << 28  # bytes of voxels that are plausible without any chunks
 DEEPEST, MOST_ARRAYS, LONGEST_AXIS = 6, 500, 1 << 20  # limits of folders, arrays and positions
 
 HEADS = ("zarr.json", ".zarray", ".zgroup")
@@ -32,7 +32,7 @@ def is_zarr(folder: Path) -> bool:
 
 
 def read_zarr(folder: Path, choice: Choice = LARGEST) -> Grid:
-    """Read an array of a Zarr folder; of OME-Zarr's levels the finest."""
+    """Read an array of a Zarr folder; the finest of OME-Zarr's levels."""
     with errors_of(folder, "zarr says '{}'", "zarr"):
         levels: dict[Path, _Level] = {}
         places = [*_places(folder, levels)]
@@ -44,7 +44,7 @@ _Level = dict[str, Any]  # OME's facts of an array, by names of :class:`StoredAr
 
 
 def _places(folder: Path, levels: dict[Path, _Level], depth: int = 0) -> Iterator[Path]:
-    """Yield the folders of arrays, and gather what groups say of them."""
+    """Yield the folders of arrays, and collect their groups' metadata."""
     own = folder.resolve()
     if (folder / ".zarray").is_file() or _json(folder / "zarr.json").get("node_type") == "array":
         yield folder
@@ -106,7 +106,7 @@ def _array(folder: Path, place: Path, level: _Level) -> StoredArray:
 
 
 def _coordinates(group: Path, axes: tuple[str, ...], shape: tuple[int, ...]) -> Coordinates:
-    """Return the arrays that have the names of axes, as xarray stores them."""
+    """Return the arrays that are named like axes, as xarray stores coordinates."""
     import zarr
 
     found = {}
@@ -124,7 +124,7 @@ def _coordinates(group: Path, axes: tuple[str, ...], shape: tuple[int, ...]) -> 
 
 
 def _ome_levels(group: Path) -> dict[Path, _Level]:
-    """Return what a group's OME metadata say of arrays below it."""
+    """Return a group's OME metadata for the arrays below it."""
     data = _json(group / "zarr.json").get("attributes", {}) or _json(group / ".zattrs")
     data = data.get("ome", data) if isinstance(data, dict) else {}
     found = {}
@@ -171,12 +171,12 @@ def _ome_levels(group: Path) -> dict[Path, _Level]:
 
 
 def _check_chunks(place: Path, item: Any) -> None:
-    """Check that the chunks can hold the voxels, before memory is taken."""
+    """Check that the chunks can hold the voxels before memory is allocated."""
     own = place.resolve()
     each = math.prod(int(n) for n in item.chunks) * np.dtype(item.dtype).itemsize
     if not 0 < each <= MOST_CHUNK:
         raise damaged(place, f"its chunks have {each} bytes")
-    # Blosc reads as far as a chunk's header says, beyond its end, too. A shard holds many chunks.
+    # Blosc trusts the size in a chunk's header, even beyond its end. A shard holds many chunks.
     is_blosc = "blosc" in str(item.compressors).lower() and item.shards is None
     present, count = 0, 0
     for path in place.rglob("*"):
@@ -194,7 +194,7 @@ def _check_chunks(place: Path, item: Any) -> None:
                 raise damaged(path, "it is not as long as its Blosc header says")
     if not count:
         raise damaged(place, "all of its chunks are missing")
-    # Chunks that are not there have the fill value.
+    # Missing chunks have the fill value.
     need = math.prod(item.shape) * np.dtype(item.dtype).itemsize
     if need > max(present * GREATEST_RATIO, MOST_UNWRITTEN):
         raise damaged(place, "its chunks are too few for its voxels")

@@ -227,12 +227,6 @@ CASES = [*(("none", step) for step in (0.5, 1.0, 2.0)), ("direct", 0.5), ("soft"
 """Lights and sample distances."""
 
 
-def one_bin():
-    opacity = np.zeros(256)
-    opacity[100] = 0.5
-    return opacity
-
-
 TFS = {
     "random": random_opacity(0.9),
     "faint": random_opacity(1e-3),
@@ -241,7 +235,7 @@ TFS = {
     "nearly opaque": np.full(256, 0.99),
     "opaque": np.ones(256),
     "opaque from some value on": (np.arange(256) >= 90).astype(float),
-    "one bin": one_bin(),
+    "one bin": 0.5 * np.eye(256)[100],
 }
 
 

@@ -31,8 +31,8 @@ def batch(store):
     return encode_batch(store.read("train", range(24)), store.scene, 16)
 
 
-class Told(nn.Module):
-    """A codec that decodes a TF as what it was told to."""
+class FixedCodec(nn.Module):
+    """A codec that decodes by a given function."""
 
     def __init__(self, decode):
         super().__init__()
@@ -77,7 +77,7 @@ def test_the_codec_is_to_follow_edits_whatever_it_makes_of_the_tf(batch):
         "the other way": (lambda tf: -tf, 4.0),
     }
     for decode, missed in share.values():
-        codec = Told(decode)
+        codec = FixedCodec(decode)
         decoded = codec.decode(batch.inputs.opacity_tf)
         plain, weighted = (
             CodecLoss(SCENE, replace(PLAIN, unrendered_tfs=40, seed=3, tf_edit_weight=weight))(

@@ -11,24 +11,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 import tifffile
+import volume_writers as files
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 from test_containers import hdf5, netcdf
-from volume_writers import (
-    check,
-    patched,
-    refused,
-    voxels,
-    write_dicom,
-    write_itk,
-    write_legacy,
-    write_metaimage,
-    write_npy,
-    write_npz,
-    write_nrrd,
-    write_tiff,
-    write_vti,
-)
+from volume_writers import check, refused, voxels
 from vtkmodules.vtkCommonCore import vtkLogger, vtkOutputWindow
 from vtkmodules.vtkIOXML import vtkXMLImageDataReader
 
@@ -73,7 +60,7 @@ def by(write, suffix, *arguments, change=None, **options):
 
 
 def nrrd(*fields, array=ARRAY, **options):
-    return by(write_nrrd, ".nrrd", array, *fields, **options)
+    return by(files.write_nrrd, ".nrrd", array, *fields, **options)
 
 
 def nrrd_header(text):
@@ -81,34 +68,34 @@ def nrrd_header(text):
 
 
 def metaimage(*fields, **options):
-    return by(write_metaimage, ".mha", ARRAY, *fields, **options)
+    return by(files.write_metaimage, ".mha", ARRAY, *fields, **options)
 
 
 def nifti(offset, dtype, value):
     changes = {offset: (dtype, value)}
-    return lambda path: patched(write_itk(path.with_suffix(".nii"), ARRAY), changes)
+    return lambda path: files.patched(files.write_itk(path.with_suffix(".nii"), ARRAY), changes)
 
 
 def vti(*change, **options):
-    return by(write_vti, ".vti", ARRAY, change=change, **options)
+    return by(files.write_vti, ".vti", ARRAY, change=change, **options)
 
 
 def vti_blocks(numbers):
     """Change the numbers that head a compressed array."""
 
     def build(path):
-        path = write_vti(path.with_suffix(".vti"), ARRAY, compressor="ZLib")
-        return patched(path, {path.read_bytes().index(b"\n   _") + 5: ("<u4", numbers)})
+        path = files.write_vti(path.with_suffix(".vti"), ARRAY, compressor="ZLib")
+        return files.patched(path, {path.read_bytes().index(b"\n   _") + 5: ("<u4", numbers)})
 
     return build
 
 
 def legacy(*change):
-    return by(write_legacy, ".vtk", ARRAY, change=change)
+    return by(files.write_legacy, ".vtk", ARRAY, change=change)
 
 
 def tiff(pages, **options):
-    return by(write_tiff, ".tif", pages, **options)
+    return by(files.write_tiff, ".tif", pages, **options)
 
 
 def half_tiled(path):
@@ -121,7 +108,7 @@ def short_strip(path):
     path = tiff(ARRAY)(path)
     with tifffile.TiffFile(path) as file:
         strip = file.pages[0].tags[279]
-    return patched(path, {strip.offset + 8: ("<u4", 3)})
+    return files.patched(path, {strip.offset + 8: ("<u4", 3)})
 
 
 def circular(path):
@@ -129,7 +116,7 @@ def circular(path):
     with tifffile.TiffFile(path) as file:
         first, last = file.pages[0], file.pages[-1]
         after = last.offset + 2 + 12 * len(last.tags)
-    return patched(path, {after: ("<u4", first.offset)})
+    return files.patched(path, {after: ("<u4", first.offset)})
 
 
 def named(name, content):
@@ -146,7 +133,7 @@ def packed(path):
 
 
 def itk(suffix, array):
-    return by(write_itk, suffix, array)
+    return by(files.write_itk, suffix, array)
 
 
 MHD = b"ObjectType = Image\nNDims = 3\n"
@@ -164,7 +151,7 @@ BAD_FILES = {
     # Flat images.
     "flat nrrd": (itk(".nrrd", FLAT), r"flat image of 7 x 5"),
     "flat tif": (tiff([FLAT]), r"flat image of 7 x 5 x 1"),
-    "one slice vti": (by(write_vti, ".vti", FLAT[None]), r"flat .* 7 x 5 x 1"),
+    "one slice vti": (by(files.write_vti, ".vti", FLAT[None]), r"flat .* 7 x 5 x 1"),
     "rgb image nrrd": (nrrd("kinds: RGB-color domain domain", array=COLORS),
         r"flat image of 7 x 5"),
     # Sizes that cannot be.
@@ -295,7 +282,7 @@ def test_missing_file(tmp_path):
 
 
 def test_unreadable_file(tmp_path, monkeypatch):
-    path = write_itk(tmp_path / "a.nrrd", ARRAY)
+    path = files.write_itk(tmp_path / "a.nrrd", ARRAY)
     path.chmod(0)
     if os.access(path, os.R_OK):  # root reads everything, so play the system's refusal
         monkeypatch.setattr("pathlib.Path.open", _refuse)
@@ -319,20 +306,20 @@ def test_memory_that_runs_out_while_reading(tmp_path, monkeypatch):
     def exhausted(*_):
         raise MemoryError
 
-    path = write_itk(tmp_path / "a.nrrd", ARRAY)
+    path = files.write_itk(tmp_path / "a.nrrd", ARRAY)
     monkeypatch.setattr("model.volume_files.nrrd_metaimage.read_block", exhausted)
     assert "not enough free memory" in refusal(path)
 
 
 def test_a_system_that_does_not_tell_its_memory(tmp_path, monkeypatch):
     monkeypatch.setattr(checks, "physical_memory", lambda: None)
-    path = write_itk(tmp_path / "a.nrrd", ARRAY)
+    path = files.write_itk(tmp_path / "a.nrrd", ARRAY)
     check(read_volume(path), ARRAY)
 
 
 def test_vtk_speaks_again_after_a_bad_file(tmp_path, capfd):
     window, verbosity = vtkOutputWindow.GetInstance(), vtkLogger.GetCurrentVerbosityCutoff()
-    refusal(replaced(write_legacy(tmp_path / "a.vtk", ARRAY), b"7 5 6", b"7 5 7"))
+    refusal(replaced(files.write_legacy(tmp_path / "a.vtk", ARRAY), b"7 5 6", b"7 5 7"))
     assert vtkOutputWindow.GetInstance() is window
     assert vtkLogger.GetCurrentVerbosityCutoff() == verbosity
     assert capfd.readouterr().err == ""
@@ -353,17 +340,18 @@ FOLDERS = {
     "a text": (lambda f: filled(f, notes_md=b"hello"), "no DICOM or TIFF slices"),
     "pictures": (lambda f: filled(f, **{f"{k}_png": b"\x89PNG" for k in range(3)}),
         r"holds 3 images \(\.png\), which are not read here"),
-    "folders": (lambda f: write_dicom(f / "patient" / "study" / "series", ARRAY),
+    "folders": (lambda f: files.write_dicom(f / "patient" / "study" / "series", ARRAY),
         "such as patient/study/series; open one of them"),
-    "volumes": (lambda f: write_itk(f / "a.nrrd", ARRAY),
+    "volumes": (lambda f: files.write_itk(f / "a.nrrd", ARRAY),
         r"volumes, such as a\.nrrd; open one of them"),
-    "unlike slices": (lambda f: [write_tiff(f / f"{rows}.tif", [FLAT[:rows]]) for rows in (4, 5)],
+    "unlike slices": (
+        lambda f: [files.write_tiff(f / f"{rows}.tif", [FLAT[:rows]]) for rows in (4, 5)],
         "differ in size, type or storage"),
     "a slice and a stack": (
-        lambda f: [write_tiff(f / f"{pages}.tif", [FLAT] * pages) for pages in (1, 2)],
+        lambda f: [files.write_tiff(f / f"{pages}.tif", [FLAT] * pages) for pages in (1, 2)],
         r"2\.tif: this slice of a stack has 2 pages"),
-    "one slice": (lambda f: write_dicom(f, ARRAY[:1]), "flat image of 7 x 5 x 1"),
-    "colours": (lambda f: write_dicom(f, voxels("uint8"), SamplesPerPixel=3), "in colour"),
+    "one slice": (lambda f: files.write_dicom(f, ARRAY[:1]), "flat image of 7 x 5 x 1"),
+    "colours": (lambda f: files.write_dicom(f, voxels("uint8"), SamplesPerPixel=3), "in colour"),
     "n5": (lambda f: filled(f, attributes_json=b'{"n5": "4.0.0"}'), "N5 container.*OME-Zarr"),
 }  # fmt: skip
 
@@ -394,7 +382,7 @@ DICOM_CHANGES = {
 @pytest.mark.parametrize("case", DICOM_CHANGES)
 def test_bad_dicom(tmp_path, case):
     change, expected = DICOM_CHANGES[case]
-    folder = write_dicom(tmp_path / "ct", ARRAY.astype(np.int16))
+    folder = files.write_dicom(tmp_path / "ct", ARRAY.astype(np.int16))
     whole = (folder / "002.dcm").read_bytes()
     assert change(whole) != whole
     (folder / "002.dcm").write_bytes(change(whole))
@@ -413,7 +401,7 @@ def test_bad_dicom(tmp_path, case):
 )
 def test_component_that_is_not_there(tmp_path, shape, component, text):
     array = voxels("float32", shape)
-    path = write_itk(tmp_path / "a.mha", array, vector=len(shape) > 3)
+    path = files.write_itk(tmp_path / "a.mha", array, vector=len(shape) > 3)
     assert text in refusal(path, choice=Choice(component=component))
 
 
@@ -427,21 +415,21 @@ def test_layouts_that_cannot_be():
 # --- truncation ---------------------------------------------------------------------------
 
 TRUNCATED = {
-    "raw.nrrd": write_itk,
-    "gzip.nrrd": lambda path, array: write_itk(path, array, compressed=True),
-    "raw.mha": write_itk,
-    "zlib.mha": lambda path, array: write_itk(path, array, compressed=True),
-    "raw.nii": write_itk,
-    "gzip.nii.gz": write_itk,
-    "appended.vti": write_vti,
-    "zlib.vti": lambda path, array: write_vti(path, array, compressor="ZLib"),
-    "base64.vti": lambda path, array: write_vti(path, array, mode="Binary"),
+    "raw.nrrd": files.write_itk,
+    "gzip.nrrd": lambda path, array: files.write_itk(path, array, compressed=True),
+    "raw.mha": files.write_itk,
+    "zlib.mha": lambda path, array: files.write_itk(path, array, compressed=True),
+    "raw.nii": files.write_itk,
+    "gzip.nii.gz": files.write_itk,
+    "appended.vti": files.write_vti,
+    "zlib.vti": lambda path, array: files.write_vti(path, array, compressor="ZLib"),
+    "base64.vti": lambda path, array: files.write_vti(path, array, mode="Binary"),
     # ASCII legacy files are left out: "358" cut to "35" is still a number.
-    "binary.vtk": write_legacy,
-    "pages.tif": write_tiff,
-    "itk.tif": write_itk,
-    "a.npy": write_npy,
-    "a.npz": write_npz,
+    "binary.vtk": files.write_legacy,
+    "pages.tif": files.write_tiff,
+    "itk.tif": files.write_itk,
+    "a.npy": files.write_npy,
+    "a.npz": files.write_npz,
     "a.h5": hdf5,
     "a.nc": lambda path, array: netcdf(path, array.astype(np.int32)),
     "a_7x5x6_uint16.raw": lambda path, array: path.write_bytes(array.tobytes()) and path,
@@ -473,7 +461,7 @@ def test_a_file_cut_anywhere_is_refused_or_reads_equal(tmp_path, whole_files, na
 def test_a_dicom_slice_cut_anywhere_is_refused(tmp_path, share):
     folder = tmp_path / "ct"
     if not folder.exists():
-        write_dicom(folder, ARRAY)
+        files.write_dicom(folder, ARRAY)
     path = folder / "005.dcm"
     whole = path.read_bytes()
     path.write_bytes(whole[: int(share * len(whole))])
@@ -496,8 +484,8 @@ def test_pixels_that_cannot_be_unpacked(tmp_path):
 def write_header(folder, kind, name):
     path, fields = folder / f"a.{kind}", [f"data file: {name}"]
     if kind == "nhdr":
-        return write_nrrd(path, ARRAY, *fields, data=b"")
-    return write_metaimage(path, ARRAY, data=b"", file=name)
+        return files.write_nrrd(path, ARRAY, *fields, data=b"")
+    return files.write_metaimage(path, ARRAY, data=b"", file=name)
 
 
 @pytest.mark.parametrize(
@@ -521,9 +509,9 @@ def test_no_folder_of_slices_leads_elsewhere(tmp_path, kind):
     for place in (folder, elsewhere):
         place.mkdir()
         if kind == "dicom":
-            write_dicom(place, voxels())
+            files.write_dicom(place, voxels())
         for number in range(3 if kind == "tiff" else 0):
-            write_tiff(place / f"{number}.tif", [FLAT])
+            files.write_tiff(place / f"{number}.tif", [FLAT])
     expected = read_volume(folder).voxels
     # A link inside the folder, and one without a slice's name, harm nobody.
     (first, *_) = sorted(folder.iterdir())

@@ -10,22 +10,11 @@ import h5py
 import numpy as np
 import pytest
 import SimpleITK as sitk  # noqa: N813
+import volume_writers as files
 import xarray
 import zarr
 from scipy.io import netcdf_file
-from volume_writers import (
-    check,
-    named,
-    refused,
-    said,
-    scaled,
-    voxels,
-    write_mrc,
-    write_npy,
-    write_npz,
-    write_ome_zarr,
-    write_zarr,
-)
+from volume_writers import check, named, refused, said, voxels
 
 from model.errors import VolumeError
 from model.volume_files import Choice, read_volume
@@ -51,12 +40,12 @@ def netcdf(path, array):
 
 
 WRITERS = {
-    "npy": named(write_npy, ".npy"),
-    "npz": named(write_npz, ".npz"),
+    "npy": named(files.write_npy, ".npy"),
+    "npz": named(files.write_npz, ".npz"),
     "hdf5": hdf5,
     "netcdf": netcdf,
-    "zarr 2": named(write_zarr, ".zarr", 2),
-    "zarr 3": named(write_zarr, ".zarr", 3),
+    "zarr 2": named(files.write_zarr, ".zarr", 2),
+    "zarr 3": named(files.write_zarr, ".zarr", 3),
 }
 
 
@@ -67,9 +56,7 @@ def test_one_array(tmp_path, name, dtype):
         dtype = "int8"
     array = voxels(dtype)
     volume = read_volume(WRITERS[name](tmp_path / "a", array))
-    check(volume, array)
-    assert volume.spacing == (1, 1, 1)
-    assert "no voxel spacing" in said(volume)
+    check(volume, array, "no voxel spacing", spacing=(1, 1, 1))
 
 
 @pytest.mark.parametrize("time", [0, 3])
@@ -101,8 +88,7 @@ def test_voxel_sizes_in_attributes_of_hdf5(tmp_path):
     with h5py.File(tmp_path / "a.h5", "w") as file:
         file["values"] = FLOATS
         file["values"].attrs["element_size_um"] = [3.0, 2.0, 0.5]
-    volume = read_volume(tmp_path / "a.h5")
-    assert (volume.spacing, volume.file.spacing_unit) == ((0.5, 2, 3), "um")
+    check(read_volume(tmp_path / "a.h5"), FLOATS, spacing=(0.5, 2, 3), spacing_unit="um")
 
 
 def test_nothing_outside_an_hdf5_file_is_read(tmp_path):
@@ -123,9 +109,9 @@ def test_nothing_outside_an_hdf5_file_is_read(tmp_path):
 def test_ome_zarr_has_levels_times_channels_and_sizes(tmp_path):
     array = voxels("uint16", (2, 3, 6, 5, 7))
     levels = {"0": array, "1": np.ascontiguousarray(array[..., ::2, ::2, ::2])}
-    scales = [scaled(1, 1, 3, 2, 0.5), scaled(1, 1, 6, 4, 1)]
+    scales = [files.scaled(1, 1, 3, 2, 0.5), files.scaled(1, 1, 6, 4, 1)]
     omero = {"channels": [{"label": name} for name in ("DAPI", "GFP", "RFP")]}
-    place = write_ome_zarr(tmp_path / "a.zarr", levels, "tczyx", scales, omero=omero)
+    place = files.write_ome_zarr(tmp_path / "a.zarr", levels, "tczyx", scales, omero=omero)
     volume = read_volume(place, choice=Choice(time="1", channel="RFP"))
     check(volume, array[1, 2], spacing=(0.5, 2, 3), spacing_unit="um")
     coarse = read_volume(place, choice=Choice(array="1"))
@@ -135,28 +121,24 @@ def test_ome_zarr_has_levels_times_channels_and_sizes(tmp_path):
 @pytest.mark.parametrize("dtype", ["int8", "int16", "uint16", "float32", "float16"])
 def test_mrc(tmp_path, dtype):
     array = voxels("float32").astype(dtype) if dtype == "float16" else voxels(dtype)
-    path = write_mrc(tmp_path / "a.mrc", array)
-    volume = read_volume(path)
-    check(volume, array)
-    assert volume.spacing == pytest.approx((0.5, 2, 3))
-    assert volume.file.spacing_unit == "angstrom"
+    path = files.write_mrc(tmp_path / "a.mrc", array)
+    check(read_volume(path), array, spacing=(0.5, 2, 3), spacing_unit="angstrom")
     (tmp_path / "b.map.gz").write_bytes(gzip.compress(path.read_bytes()))
     check(read_volume(tmp_path / "b.map.gz"), array)
 
 
 def test_mrc_axes_in_another_order(tmp_path):
-    path = write_mrc(tmp_path / "a.map", FLOATS, mapc=3, mapr=1, maps=2)
-    volume = read_volume(path)
+    path = files.write_mrc(tmp_path / "a.map", FLOATS, mapc=3, mapr=1, maps=2)
     # The fastest axis of the file is z, then x, then y.
-    check(volume, FLOATS.transpose(2, 0, 1))
+    check(read_volume(path), FLOATS.transpose(2, 0, 1))
 
 
 def test_mrc_stacks_of_volumes(tmp_path):
-    path = write_mrc(tmp_path / "a.mrc", FLOATS, ispg=401, mz=3)
+    path = files.write_mrc(tmp_path / "a.mrc", FLOATS, ispg=401, mz=3)
     for number in range(2):
-        volume = read_volume(path, choice=Choice(series=str(number)))
-        check(volume, FLOATS[3 * number : 3 * number + 3])
-    path = write_mrc(tmp_path / "b.mrc", FLOATS, ispg=0)
+        part = FLOATS[3 * number : 3 * number + 3]
+        check(read_volume(path, choice=Choice(series=str(number))), part)
+    path = files.write_mrc(tmp_path / "b.mrc", FLOATS, ispg=0)
     assert "stack of images" in said(read_volume(path))
 
 
@@ -443,9 +425,8 @@ def test_hdf5_by_itk_is_where_itk_has_it(tmp_path):
     image.SetOrigin((10, 20, 30))
     image.SetDirection((0.8, -0.6, 0, 0.6, 0.8, 0, 0, 0, 1))
     sitk.WriteImage(image, str(tmp_path / "a.h5"))
-    place = {"spacing": (0.5, 0.5, 2), "origin": (10, 20, 30)}
     volume = read_volume(tmp_path / "a.h5")
-    check(volume, CODED, "oblique", **place)
+    check(volume, CODED, "oblique", spacing=(0.5, 0.5, 2), origin=(10, 20, 30))
     np.testing.assert_allclose(
         np.array(volume.file.directions).T.ravel(), image.GetDirection(), atol=1e-12
     )
@@ -468,10 +449,10 @@ def test_grids_that_are_none_are_named(tmp_path, kind):
 
 def test_ome_zarr_has_images_before_labels_and_paths_within_groups(tmp_path):
     root = zarr.open_group(str(tmp_path / "a.zarr"), mode="w", zarr_format=2)
-    scales = [scaled(2, 0.5, 0.5, translation=(30, 20, 10))]
-    write_ome_zarr(root, {"scale0/image": CODED}, scales=scales)
+    scales = [files.scaled(2, 0.5, 0.5, translation=(30, 20, 10))]
+    files.write_ome_zarr(root, {"scale0/image": CODED}, scales=scales)
     nuclei = root.create_group("labels/nuclei")
-    write_ome_zarr(nuclei, {"s0": CODED // 600}, scales=scales, **{"image-label": {}})
+    files.write_ome_zarr(nuclei, {"s0": CODED // 600}, scales=scales, **{"image-label": {}})
     place = {"origin": (10, 20, 30)}
     check(read_volume(tmp_path / "a.zarr"), CODED, "", **SIZE, **place, is_labels=False)
     labels = read_volume(tmp_path / "a.zarr", choice=Choice(array="labels/nuclei/s0"))
@@ -480,7 +461,7 @@ def test_ome_zarr_has_images_before_labels_and_paths_within_groups(tmp_path):
 
 @pytest.mark.parametrize("how", ["stamp", "signed stamp", "extremes"])
 def test_unsigned_bytes_of_an_mrc(tmp_path, how):
-    path = write_mrc(tmp_path / "a.mrc", BYTES.view("i1"))
+    path = files.write_mrc(tmp_path / "a.mrc", BYTES.view("i1"))
     data = bytearray(path.read_bytes())
     if how == "extremes":
         data[76:84] = np.array([0, 255], "<f4").tobytes()

@@ -8,20 +8,8 @@ import numpy as np
 import pytest
 import SimpleITK as sitk  # noqa: N813
 import tifffile
-from volume_writers import (
-    ALL_TYPES,
-    ORIGIN,
-    SPACING,
-    check,
-    named,
-    voxels,
-    write_dicom,
-    write_itk,
-    write_legacy,
-    write_npy,
-    write_nrrd,
-    write_vti,
-)
+import volume_writers as files
+from volume_writers import ORIGIN, SPACING, check, named, voxels
 
 from model.scene.default_tf import default_transfer_function
 from model.scene.volume import Volume
@@ -77,13 +65,15 @@ def raw(order):
 
 
 ITK = (".nrrd", ".nhdr", ".mha", ".mhd")
-WRITERS = {f"{suffix} compressed": named(write_itk, suffix, compressed=True) for suffix in ITK}
-WRITERS |= {suffix: named(write_itk, suffix) for suffix in (*ITK, ".nii", ".nii.gz")}
-WRITERS |= {".vti": named(write_vti, ".vti"), ".vtk": named(write_legacy, ".vtk")}
+WRITERS = {
+    f"{suffix} compressed": named(files.write_itk, suffix, compressed=True) for suffix in ITK
+}
+WRITERS |= {suffix: named(files.write_itk, suffix) for suffix in (*ITK, ".nii", ".nii.gz")}
+WRITERS |= {".vti": named(files.write_vti, ".vti"), ".vtk": named(files.write_legacy, ".vtk")}
 WRITERS |= {f"raw {order}": raw(order) for order in ("little", "big")}
 
 
-@pytest.mark.parametrize("dtype", ALL_TYPES)
+@pytest.mark.parametrize("dtype", files.ALL_TYPES)
 @pytest.mark.parametrize("form", WRITERS)
 def test_every_type_comes_back_as_it_was_written(tmp_path, form, dtype):
     volume = read_volume(WRITERS[form](tmp_path / "a", voxels(dtype)))
@@ -128,7 +118,7 @@ def test_integers_far_from_0_are_told_apart(tmp_path, dtype, low, step):
 )
 def test_layout_and_name_from_the_file_name(tmp_path, name, layout, readable):
     assert RawLayout.parse(name) == layout
-    assert read_volume(write_itk(tmp_path / f"{name}.nrrd", voxels())).name == readable
+    assert read_volume(files.write_itk(tmp_path / f"{name}.nrrd", voxels())).name == readable
 
 
 # --- components, description --------------------------------------------------------------
@@ -139,7 +129,7 @@ VECTORS = voxels("float32", (6, 5, 7, 3))
 def vector_nrrd(path, first):
     array = VECTORS if first else np.ascontiguousarray(np.moveaxis(VECTORS, -1, 0))
     kinds = "vector domain domain domain" if first else "domain domain domain list"
-    return write_nrrd(path, array, f"kinds: {kinds}", kind="float")
+    return files.write_nrrd(path, array, f"kinds: {kinds}", kind="float")
 
 
 def vector_tiff(path, config):
@@ -151,15 +141,15 @@ def vector_tiff(path, config):
 VECTOR_FILES = {
     "contig.tif": lambda path: vector_tiff(path, "contig"),
     "separate.tif": lambda path: vector_tiff(path, "separate"),
-    "c.npy": lambda path: write_npy(path, VECTORS),
-    "fortran.npy": lambda path: write_npy(path, np.asfortranarray(VECTORS)),
+    "c.npy": lambda path: files.write_npy(path, VECTORS),
+    "fortran.npy": lambda path: files.write_npy(path, np.asfortranarray(VECTORS)),
     "first.nrrd": lambda path: vector_nrrd(path, True),
     "last.nrrd": lambda path: vector_nrrd(path, False),
-    "itk.nrrd": lambda path: write_itk(path, VECTORS, vector=True),
-    "itk.mha": lambda path: write_itk(path, VECTORS, vector=True),
-    "itk.nii": lambda path: write_itk(path, VECTORS, vector=True),
-    "vtk.vti": lambda path: write_vti(path, VECTORS, components=3),
-    "vtk.vtk": lambda path: write_legacy(path, VECTORS, components=3),
+    "itk.nrrd": lambda path: files.write_itk(path, VECTORS, vector=True),
+    "itk.mha": lambda path: files.write_itk(path, VECTORS, vector=True),
+    "itk.nii": lambda path: files.write_itk(path, VECTORS, vector=True),
+    "vtk.vti": lambda path: files.write_vti(path, VECTORS, components=3),
+    "vtk.vtk": lambda path: files.write_legacy(path, VECTORS, components=3),
 }
 
 
@@ -225,7 +215,7 @@ TURNED = {
 @pytest.mark.parametrize("suffix", [".nrrd", ".mha", ".nii"])
 @pytest.mark.parametrize("name", TURNED)
 def test_labels_are_itks(tmp_path, name, suffix):
-    path = write_itk(tmp_path / f"a{suffix}", voxels(), direction=TURNED[name])
+    path = files.write_itk(tmp_path / f"a{suffix}", voxels(), direction=TURNED[name])
     volume = read_volume(path)
     turned = TURNED[name].astype(float).ravel()
     # ITK's letters say where an axis goes.
@@ -273,7 +263,7 @@ def test_shifted_slices_are_where_they_were_taken(tmp_path):
 
 @pytest.fixture
 def folders(tmp_path):
-    write_dicom(tmp_path / "dicom", voxels())
+    files.write_dicom(tmp_path / "dicom", voxels())
     (tmp_path / "tiff").mkdir()
     for z, plane in enumerate(voxels()):
         tifffile.imwrite(tmp_path / "tiff" / f"{z}.tif", plane)

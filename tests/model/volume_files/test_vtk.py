@@ -4,18 +4,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from volume_writers import (
-    ALL_TYPES,
-    INTEGER_TYPES,
-    ORIGIN,
-    SPACING,
-    check,
-    refused,
-    voxels,
-    vtk_image,
-    write_legacy,
-    write_vti,
-)
+import volume_writers as files
+from volume_writers import check, refused, voxels
 from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkBitArray
 from vtkmodules.vtkCommonDataModel import vtkImageData
@@ -35,15 +25,17 @@ CELLS = ARRAY[:-1, :-1, :-1]
 @pytest.mark.parametrize("compressor", ["None", "ZLib", "LZ4", "LZMA"])
 @pytest.mark.parametrize("encode", [False, True])
 def test_vti_encodings(tmp_path, mode, compressor, encode):
-    path = write_vti(tmp_path / "a.vti", voxels(), mode, compressor, encode)
-    check(read_volume(path), voxels(), spacing=SPACING, origin=ORIGIN)
+    path = files.write_vti(tmp_path / "a.vti", voxels(), mode, compressor, encode)
+    check(read_volume(path), voxels(), spacing=files.SPACING, origin=files.ORIGIN)
 
 
-@pytest.mark.parametrize("dtype", ALL_TYPES)
+@pytest.mark.parametrize("dtype", files.ALL_TYPES)
 def test_legacy_vtk_in_ascii(tmp_path, dtype):
-    array = voxels(dtype) if dtype in INTEGER_TYPES else np.round(voxels(dtype), 2)
-    volume = read_volume(write_legacy(tmp_path / "a.vtk", array, binary=False))
-    np.testing.assert_allclose(volume.scalars, array, rtol=0 if dtype in INTEGER_TYPES else 1e-5)
+    array = voxels(dtype) if dtype in files.INTEGER_TYPES else np.round(voxels(dtype), 2)
+    volume = read_volume(files.write_legacy(tmp_path / "a.vtk", array, binary=False))
+    np.testing.assert_allclose(
+        volume.scalars, array, rtol=0 if dtype in files.INTEGER_TYPES else 1e-5
+    )
     assert volume.voxels.dtype == dtype
 
 
@@ -55,7 +47,7 @@ def test_legacy_vtk_by_hand(tmp_path):
     )
     path = tmp_path / "a.vtk"
     path.write_bytes(header.encode() + voxels().astype(">u2").tobytes())
-    check(read_volume(path), voxels(), spacing=SPACING, origin=ORIGIN)
+    check(read_volume(path), voxels(), spacing=files.SPACING, origin=files.ORIGIN)
 
 
 def vtk_values(path, name, in_cells=False):
@@ -99,7 +91,7 @@ def test_a_piece_of_a_larger_whole():
 
 
 def image_with(points=(), cells=()):
-    image = vtk_image(ARRAY)
+    image = files.vtk_image(ARRAY)
     image.GetPointData().Initialize()
     for arrays, data in ((points, image.GetPointData()), (cells, image.GetCellData())):
         for name, array in arrays:
@@ -161,7 +153,7 @@ def test_legacy_files_of_cells_and_several_arrays(tmp_path):
     ],
 )
 def test_directions_of_vti(tmp_path, matrix, directions):
-    image = vtk_image(ARRAY)
+    image = files.vtk_image(ARRAY)
     image.SetDirectionMatrix(*matrix)
     volume = read_volume(written(tmp_path / "a.vti", image))
     mirrored, point = matrix[-1] < 0, [0.0, 0.0, 0.0]
@@ -171,7 +163,7 @@ def test_directions_of_vti(tmp_path, matrix, directions):
 
 
 def test_a_vti_without_arrays_spacing_or_whole_bytes_says_so(tmp_path):
-    image, path = vtk_image(ARRAY), tmp_path / "a.vti"
+    image, path = files.vtk_image(ARRAY), tmp_path / "a.vti"
     written(path, image, is_text=True)
     spacing = f'Spacing="{" ".join(f"{step:g}" for step in image.GetSpacing())}"'
     assert spacing in path.read_text()
