@@ -47,6 +47,8 @@ class Mailbox:
         with self._changed:
             # A channel that is already waiting keeps its position.
             self._slots[request.channel] = request
+            # Engines of settings are in use again.
+            self._is_woken = self._is_woken and request.settings is None
             self._changed.notify()
 
     def take(self, waits: bool = True) -> Request | None:

@@ -69,7 +69,7 @@ class EnginePane(QWidget):
         self.lit: Lit = "b" if self.name == "B" else engine
         self._newest = -1
         self.rgba: NDArray[np.float32] | None = None
-        self.detail = self._who = self._light = self._coming = self._remark = ""
+        self.detail = self._who = self.light = self._coming = self._remark = ""
         self._most_samples = self._samples = 0
         self._is_unusual = False
         self.note = self._note_tip = self._tip = self._speed = ""
@@ -80,7 +80,6 @@ class EnginePane(QWidget):
         self.canvas = ImageCanvas(self)
         self.caption = CaptionButton(on_image=True)
         self.caption.setParent(self.canvas)
-        self.caption.move(PLACE, PLACE)
         self._wanted: SceneInputs | None = None
         self._shown: SceneInputs | None = None
         self._patience = QTimer(self, singleShot=True, interval=PATIENCE_MS)
@@ -109,15 +108,15 @@ class EnginePane(QWidget):
 
     def set_light(self, light: str, coming: str = "", most_samples: int = 0) -> None:
         """Name the light of the image, and the one that follows once it can be drawn, if any."""
-        if light != self._light:
+        if light != self.light:
             # They belong to an image in the previous light.
             self._samples = 0
-        self._light, self._coming, self._most_samples = light, coming, most_samples
+        self.light, self._coming, self._most_samples = light, coming, most_samples
         self._show_status()
 
-    def set_drawer(self, title: str, who: str, tip: str = "") -> None:
-        """Set the title of the pane's images, the name of their renderer, and the tooltip."""
-        self.title, self._who, self._tip = title, who, tip
+    def set_drawer(self, who: str, tip: str) -> None:
+        """Set the name of the images' renderer, and the tooltip."""
+        self._who, self._tip = who, tip
         self._show_status()
 
     def name_cover(self, title: str, detail: str = "", tip: str = "") -> None:
@@ -192,7 +191,8 @@ class EnginePane(QWidget):
         facts = [*shown, by, f"{width} × {height}", f"{1000 * result.seconds:.0f} ms"]
         self.detail = "   ".join(fact for fact in facts if fact)
         if self.engine == "exact":
-            self._who = by
+            # More is in the tooltip.
+            self._who = by.partition(",")[0]
             self._samples = 0 if result.image.is_preview else result.image.samples
         moves = request.quality.live and result.seconds > 0
         self._speed = f"moving {short(min(1 / result.seconds, 999))} fps" if moves else ""
@@ -221,8 +221,8 @@ class EnginePane(QWidget):
         tone: Tone = "dim"
         lines = tip.splitlines()
         if not title:
-            is_light = self.is_alone and self._light
-            title = f"{self._light[:1].upper()}{self._light[1:]}" if is_light else self.title
+            is_light = self.is_alone and self.light
+            title = f"{self.light[:1].upper()}{self.light[1:]}" if is_light else self.title
             text, tone = self._status()
             note = self._note_tip if self.note else ""
             lines = [self._tip, self.hint, note, self.detail, self._remark or self.client.remark]
@@ -241,8 +241,21 @@ class EnginePane(QWidget):
         # As rich text it is wrapped.
         tip = "<br>".join(html.escape(line).replace("\n", " ") for line in lines if line)
         self.caption.setToolTip(f"<qt>{tip}</qt>" if tip else "")
-        room = self.canvas.width() - 2 * PLACE - CUBE_ROOM
-        self.caption.setFixedWidth(max(min(self.caption.sizeHint().width(), room), 0))
+        self.place_caption(self.caption.parent())
+
+    def place_caption(self, over: QObject | None) -> None:
+        """Put the caption over a canvas; that of A has those of A and B next to its wipe line."""
+        assert isinstance(over, ImageCanvas)
+        if over is not self.caption.parent():
+            self.caption.setParent(over)
+            self.caption.show()
+        left, right = 0, over.width() - CUBE_ROOM
+        if over.wiped is not None:
+            line = over.wiped[1]
+            left, right = (0, line) if over is self.canvas else (line, right)
+        width = min(self.caption.sizeHint().width(), right - left - 2 * PLACE)
+        self.caption.setFixedWidth(max(width, 0))
+        self.caption.move(left + PLACE, PLACE)
 
     def _status(self) -> tuple[str, Tone]:
         state = self.client.state
@@ -254,7 +267,7 @@ class EnginePane(QWidget):
         if self._is_late:
             return DRAWING, "change"
         coming = f"{self._coming} follows" if self._coming else ""
-        if self.is_alone and self._light:
+        if self.is_alone and self.light:
             return coming, "dim"
         if self._speed:
             return self._speed, "dim"

@@ -43,7 +43,6 @@ class KeyedWidget(QWidget):
 
 _MARGIN = 14
 
-LETTER = 20  # side of the names of A and B at the line between them, in pixels
 PROGRESS_HEIGHT = 2  # of the line that shows an image's progress, in pixels
 LEAST_PROGRESS = 0.06  # least part of that line, painted as soon as an image is begun
 LEAST_GAP = 8  # pixels next to a picture that are more than rounding
@@ -243,16 +242,10 @@ class ImageCanvas(KeyedWidget):
         painter.restore()
 
     def _paint_wipe_line(self, painter: QPainter, at: int) -> None:
-        """Paint the line between A and B, with their names."""
+        """Paint the line between A and B."""
         for color, width in ((theme.ON_IMAGE.window, 3), (theme.ON_IMAGE.text, 1)):
             painter.setPen(QPen(QColor(color), width))
             painter.drawLine(at, 0, at, self.height())
-        middle, flags = self.height() // 2, Qt.AlignmentFlag.AlignCenter
-        for text, left in (("A", at - LETTER - 4), ("B", at + 4)):
-            box = QRect(left, middle, LETTER, LETTER)
-            painter.fillRect(box, QColor(theme.ON_IMAGE.panel))
-            painter.setPen(QColor(theme.ON_IMAGE.text))
-            painter.drawText(box, flags, text)
 
     def _paint_message(self, painter: QPainter, of: ImageCanvas, place: QRect) -> None:
         painter.setPen(QColor(of._message_color))

@@ -27,7 +27,8 @@ class WipeLine(QWidget):
 
     def __init__(self, tf_input: EditedTF, pane: EnginePane, pane_b: EnginePane) -> None:
         super().__init__(pane.canvas)
-        self._tf_input, self._canvas, self._canvas_b = tf_input, pane.canvas, pane_b.canvas
+        self._tf_input, self._canvas = tf_input, pane.canvas
+        self._pane, self._pane_b = pane, pane_b
         self._of_b = pane_b.canvas, pane_b.caption
         self.share = 0.5  # of the width that is A's
         self.setCursor(Qt.CursorShape.SplitHCursor)
@@ -54,7 +55,9 @@ class WipeLine(QWidget):
         self.setVisible(self.is_shown)
         at = round(self.share * canvas.width())
         self.setGeometry(at - GRIP // 2, 0, GRIP, canvas.height())
-        canvas.wiped = (self._canvas_b, at) if self.is_shown else None
+        canvas.wiped = (self._pane_b.canvas, at) if self.is_shown else None
+        self._pane.place_caption(canvas)
+        self._pane_b.place_caption(canvas if self.is_shown else self._pane_b.canvas)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """Note which pane is meant, and pass the event on."""

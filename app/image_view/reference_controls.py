@@ -177,7 +177,7 @@ class LightBall(QWidget):
         policy = self.sizePolicy()
         policy.setRetainSizeWhenHidden(True)
         self.setSizePolicy(policy)
-        state.light_input.changed.connect(self.update)
+        state.inputsChanged.connect(self.update)
         self.set_light(None, None)
 
     def set_light(self, light: LightDirection | None, limits: LightRange | None) -> None:

@@ -36,7 +36,7 @@ of TF that the model draws worst."""
 
 LOADING = "Loading the model …"
 
-PATH_TITLE = "1 sample, denoised"
+PATH_DRAWER = "path traced, 1 sample, denoised"
 
 PATH_TIP = (
     "This volume's model was trained in another light. This image has one path-traced sample per "
@@ -62,14 +62,10 @@ class GeneratorWork:
         self._is_held = False
 
     @property
-    def title(self) -> str:
-        """Title of the image."""
-        return PATH_TITLE if self.draws_path else "Generator"
-
-    @property
-    def who(self) -> str:
+    def drawer(self) -> str:
         """Name of the renderer; empty if the title says it."""
-        return "networks of the paper" if self.draws_codes and not self.draws_path else ""
+        paper = "networks of the paper" if self.draws_codes else ""
+        return PATH_DRAWER if self.draws_path else paper
 
     @property
     def errors(self) -> str:

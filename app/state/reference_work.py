@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import partial
-from typing import Any
+from typing import Any, get_args
 
 from PySide6.QtCore import QObject, Qt, Signal
 
@@ -168,16 +168,22 @@ class ReferenceWork(QObject):
 
     def copy(self, source: PaneName) -> None:
         """Copy a pane's TF, light and renderer to the other one, which gets the focus."""
-        choices = self.choices_of(source)
+        choices, light = self.choices_of(source), self._state.inputs_of(source).light
         with self._state.edits.as_one(f"copy {source} to {other_pane(source)}"):
             self._state.tf_input.copy(source)
+            # B's follows A's again.
+            self._state.light_input.set(None if source == "A" else light)
             self.choose_look(lighting=choices.lighting, drawing=choices.drawing)
 
     def swap(self) -> None:
         """Exchange TFs, lights and renderers of A and B."""
         a, b = self.choices, self.choices_of("B")
+        light_a, light_b = (self._state.inputs_of(pane).light for pane in get_args(PaneName))
         with self._state.edits.as_one("swap A and B"):
             self._state.tf_input.swap()
+            if light_a != light_b:
+                self._state.edited["light"].set(light_b)
+                self._state.edited["light_b"].set(light_a)
             self.choose(lighting=b.lighting, drawing=b.drawing)
             self._state.tf_input.set_look(LookOfB(a.lighting, a.drawing), "look of B")
 

@@ -139,6 +139,7 @@ class VolumeMemory:
     view: View | None = None
     lighting: LightingChoice = "auto"
     light: LightDirection | None = None
+    light_b: LightDirection | None = None  # of B; None for that of A
     brightness: Annotated[float, Meta(ge=0.25, le=32.0)] | None = None
     light_seconds: dict[Lighting, float] = field(default_factory=dict)
     """Seconds per image by light on this machine, for the automatic choice."""

@@ -84,7 +84,6 @@ class ViewerState(ViewNavigation):
         super().__init__(parent)
         self.edits = EditHistory(self)
         self.tf_input = EditedTF(EMPTY_TF, self.edits, self)
-        self.light_input = _EditedLight(None, "move light", self.edits, self)
         self.crop_input = _EditedCrop(None, "crop", self.edits, self)
         self.clip_input: EditedInput[ClipPlane | None] = EditedInput(
             None, "clipping plane", self.edits, self
@@ -94,7 +93,9 @@ class ViewerState(ViewNavigation):
         )
         self.mask_input: EditedInput[Mask | None] = EditedInput(None, "mask", self.edits, self)
         self.edited: dict[str, EditedInput[Any]] = {
-            "light": self.light_input,
+            "light": _EditedLight(None, "move light", self.edits, self),
+            # Of B; None for that of A.
+            "light_b": EditedInput(None, "move light of B", self.edits, self),
             "crop": self.crop_input,
             "clip": self.clip_input,
             "interpolates": self.interpolation_input,
@@ -117,9 +118,14 @@ class ViewerState(ViewNavigation):
         return self.tf_input.value
 
     @property
+    def light_input(self) -> EditedInput[LightDirection | None]:
+        """Light of the pane that has the focus."""
+        return self.edited["light_b" if self.tf_input.pane == "B" else "light"]
+
+    @property
     def light(self) -> LightDirection | None:
-        """Direction of a movable light; None for the scene's light."""
-        return self.light_input.value
+        """Direction of that pane's light, if it can be moved; None for the scene's light."""
+        return self.inputs.light
 
     @property
     def crop(self) -> CropBox | None:
@@ -191,8 +197,11 @@ class ViewerState(ViewNavigation):
         return self.inputs_of(self.tf_input.pane)
 
     def inputs_of(self, pane: PaneName) -> SceneInputs:
-        """Return a pane's current scene inputs: all but the TF are shared."""
+        """Return a pane's current scene inputs: all but TF and light are shared."""
         others = {name: each.value for name, each in self.edited.items()}
+        light_b = others.pop("light_b")
+        if pane == "B" and others["light"] is not None:
+            others["light"] = light_b or others["light"]
         tf = self.tf_input.of(pane) or self.transfer_function
         return SceneInputs.of(self.view, tf, **others)
 
@@ -214,8 +223,8 @@ class ViewerState(ViewNavigation):
 
     def start_light(self, light: LightDirection | None) -> None:
         """Take the light of another volume or lighting, which is no edit; None for the scene's."""
-        if light != self.light:
-            self.light_input.start(light)
+        if light != self.edited["light"].value:
+            self.edited["light"].start(light)
 
     def start_volume(
         self,
@@ -234,7 +243,7 @@ class ViewerState(ViewNavigation):
         self.edits.stack.clear()
         self.default, self.file = default, file or FileFacts()
         for name, each in self.edited.items():
-            if each is not self.light_input:
+            if name != "light":
                 each.start(others.get(name))
         known = current, others.get("tf_b")
         of_scale = (each if each and each.scale == default.scale else None for each in known)

@@ -224,8 +224,9 @@ class Workspace(QObject):
         tf_input, series = self._state.tf_input, before and before.volume.series
         if tf_input.compares and series == volume.series and memory.tf_b is None:
             # The next time step keeps B.
-            look = {"compares": True, "look_b": tf_input.look}
-            others, tf = others | {"tf_b": tf_input.of("B")} | look, tf or tf_input.of("A")
+            look = {"look_b": tf_input.look, "light_b": self._state.edited["light_b"].value}
+            others |= {"compares": True, "tf_b": tf_input.of("B")} | look
+            tf = tf or tf_input.of("A")
         self._state.start_volume(opened.default, tf, others, volume.file)
         if wanted.memory is not None:
             self._keep_edits()

@@ -311,7 +311,9 @@ class CropCard(Card):
         offset.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         WheelGuard(offset)
         offset.valueChanged.connect(self._move_plane)
-        offset.sliderReleased.connect(self._state.clip_input.finish)
+        # A press beside the handle moves it first.
+        finish = partial(self._state.clip_input.finish, merge_key="clipping plane")
+        offset.sliderReleased.connect(finish)
         buttons = self.face, self.flip, self.uncut
         plane = fill(QHBoxLayout(), QLabel("Plane"), offset, *buttons, spacing=6)
         fill(QVBoxLayout(self), head, rows, plane, margins=(12, 6, 8, 8), spacing=4)

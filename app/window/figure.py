@@ -288,7 +288,7 @@ class Subject:
     scale: Scale | None = None
     line: tuple[Triple, ...] = ()  # one or two points that are measured, in fractions
     titles: Mapping[str, str] = field(default_factory=lambda: TITLES)  # of images, by name
-    tf_b: TransferFunction | None = None  # of B
+    b: SceneInputs | None = None  # of B
 
 
 def panels(choice: FigureChoice) -> list[QRect]:
@@ -317,7 +317,7 @@ def figure(
         titles["difference"] = compared.name
     if "b" in names:
         # For a single image, its own.
-        tfs = [*tfs, subject.tf_b or tfs[0]][-len(names) :]
+        tfs = [*tfs, (subject.b or inputs).transfer_function][-len(names) :]
     last = [name for name in names if name != "difference"][-1:]
     # The difference is opaque, on black.
     grounds = [BLACK if name == "difference" else choice.background for name in names]

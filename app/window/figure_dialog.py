@@ -103,7 +103,8 @@ class FigureDialog(QDialog):
 
     def show_preview(self, picture: QImage) -> None:
         """Show the figure, small."""
-        self._picture.setPixmap(QPixmap.fromImage(picture))
+        keep, how = Qt.AspectRatioMode.KeepAspectRatio, Qt.TransformationMode.SmoothTransformation
+        self._picture.setPixmap(QPixmap.fromImage(picture.scaled(PREVIEW, PREVIEW, keep, how)))
 
     def _side(self, name: str) -> WholeNumberBox:
         box = WholeNumberBox()

@@ -13,16 +13,17 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QObject, Qt
+from PySide6.QtCore import QObject
 from PySide6.QtGui import QGuiApplication, QImage, QImageWriter
 from PySide6.QtWidgets import QDialog, QProgressDialog
 
 from app.engines.background import LatestCall
 from app.engines.client import Channels, EngineState
 from app.engines.messages import Result
-from app.engines.requests import PictureRequest, Quality
+from app.engines.requests import PictureRequest, Quality, SupersededError
 from app.picture import save_image
 from app.state.at_work import AtWork
+from app.state.generator_work import LIGHTS
 from app.state.settings import FigureSettings
 from app.window.context import Context, ask_for_place, proposed_name
 from app.window.figure import (
@@ -76,6 +77,7 @@ class _Job:
     chosen: Any  # the user's choice: if its engine is replaced, the next one draws the same
     by_flip: bool = False
     images: dict[str, tuple[Rgba, float]] = field(default_factory=dict)
+    lights: dict[str, str] = field(default_factory=dict)  # of the images that were asked for
     error: float | None = None  # estimated error of the reference's image; None without an estimate
     drawn: int = 0
     pictures: SimpleQueue[NDArray[np.uint8] | None] = field(default_factory=SimpleQueue)
@@ -110,11 +112,7 @@ class _Job:
         while (picture := self.pictures.get()) is not None:
             yield picture
         if self.is_given_up:
-            raise _GivenUpError
-
-
-class _GivenUpError(Exception):
-    """Ends the writing of a movie that was cancelled."""
+            raise SupersededError
 
 
 class FigureSaving(QObject):
@@ -257,9 +255,8 @@ class FigureSaving(QObject):
         self._comparing.join()
 
     def _new_job(self, choice: FigureChoice, place: Path | None, frames: list[SceneInputs]) -> _Job:
-        tf_b = self._context.state.tf_input.of("B")
-        titles = {name: pane.title for name, pane in self._panes.items()}
-        subject = replace(self._overlays.subject, titles=titles, tf_b=tf_b)
+        titles, b = {n: p.title for n, p in self._panes.items()}, self._context.state.inputs_of("B")
+        subject = replace(self._overlays.subject, titles=titles, b=b)
         by_flip = "difference" in choice.names and self._error.is_by_flip
         return _Job(choice, place, frames, subject, self._chosen, by_flip)
 
@@ -277,9 +274,9 @@ class FigureSaving(QObject):
             each = 1 if name == "generator" else max(samples, 1)
             quality = Quality(raster.shorter, raster=raster, samples=each)
             inputs, settings = job.frames[job.drawn], None
-            tf_b = job.subject.tf_b
-            if name == "b" and tf_b is not None:
-                inputs = replace(inputs, opacity_tf=tf_b.opacity, color_tf=tf_b.color)
+            job.lights[name] = self._panes[name].light
+            if name == "b" and job.subject.b is not None:
+                inputs = replace(job.subject.b, view=inputs.view)
                 settings = None if work.settings_b == work.settings else work.settings_b
             channels[name].ask(PictureRequest(inputs, quality, settings=settings))
 
@@ -317,15 +314,19 @@ class FigureSaving(QObject):
         """Compose a frame from its images; then draw the next one, or deliver all."""
         if job.by_flip:
             compared = Comparison.of(job.images, by_flip=True)
+            # The first one loads what the window starts without.
             self._comparing.ask(lambda: (job, compared, compared.colored))
         else:
             self._take_compared((job, None, None))
 
     def _take_compared(self, found: tuple[_Job, Comparison | None, Any]) -> None:
         job, compared, _ = found
+        choice, inputs = job.choice, job.frames[job.drawn]
+        if self._preview is not None and job is self._preview[1]:
+            image = figure(choice, job.images, inputs, job.subject, compared)
+            self._preview[0].show_preview(image)
         if job is not self._job:
             return
-        choice, inputs = job.choice, job.frames[job.drawn]
         try:
             image = figure(choice, job.images, inputs, job.subject, compared)
         except RenderError as error:
@@ -461,16 +462,8 @@ class FigureSaving(QObject):
             self._show_preview()
 
     def _show_preview(self) -> None:
-        if self._preview is None or self._preview[1].lacking:
-            return
-        dialog, job = self._preview
-        compared = None
-        if job.by_flip:
-            # It is small.
-            compared = Comparison.of(job.images, by_flip=True)
-        image = figure(job.choice, job.images, job.frames[0], job.subject, compared)
-        keep, how = Qt.AspectRatioMode.KeepAspectRatio, Qt.TransformationMode.SmoothTransformation
-        dialog.show_preview(image.scaled(PREVIEW, PREVIEW, keep, how))
+        if self._preview is not None and not self._preview[1].lacking:
+            self._compose(self._preview[1])
 
 
 def _shape(choice: FigureChoice) -> tuple[Which, int, int]:
@@ -483,10 +476,16 @@ def _add_texts(image: QImage, job: _Job) -> None:
     choice = job.choice
     if choice.scale_bar:
         image.setText("Scale bar", f"Holds {DEPTH_TEXT}")
-    if job.names == ["generator"] or choice.which == "difference":
+    if choice.which == "difference":
         return
-    if choice.samples:
-        image.setText("Light", f"Path-traced, {choice.samples} samples of each pixel")
+    said = []
+    for name in job.names:
+        light, count = job.lights[name], 1 if name == "generator" else choice.samples
+        if light == LIGHTS["path"]:
+            light = f"{light}, {count} sample{'s' * (count > 1)} of each pixel"
+        title = job.subject.titles[name].partition(",")[0]
+        said.append(light if len(job.names) == 1 else f"{title}: {light}")
+    image.setText("Light", "; ".join(said))
     if job.error is not None and math.isfinite(job.error):
         text = f"Estimated RMSE of the ground truth's colours, from 0 to 1: {job.error:.2g}."
         image.setText("Error", text)

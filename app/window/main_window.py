@@ -290,8 +290,9 @@ class MainWindow(WindowParts):
         model = self.workspace.model
         # One image is enough until they differ.
         self.panes.has_model = model.folder is not None and not model.awaits_path
-        self.generator.set_drawer(model.title, model.who, model.errors)
-        self.brightness.set_lighting("learned", self.workspace.model.lighting)
+        self.generator.set_drawer(model.drawer, model.errors)
+        self.generator.set_light(LIGHTS[model.lighting])
+        self.brightness.set_lighting("learned", model.lighting)
         self.browser.bar.more.setVisible(self.workspace.latent.session.model is not None)
         self.image_error.forget(self.generator)
 

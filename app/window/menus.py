@@ -7,8 +7,9 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction, QIcon, QKeySequence
-from PySide6.QtWidgets import QMenu
+from PySide6.QtWidgets import QMenu, QWidget
 
 from app.caption_button import CaptionButton
 from app.controls import add_action, add_choices, show_tips
@@ -103,8 +104,12 @@ class Menus:
         *,
         is_on: Test | None = None,
         is_there: Test | None = None,
+        of: QWidget | None = None,
     ) -> None:
-        """Add an entry that is checked if a setting is on, and shown if it is of use."""
+        """Add an entry that is checked if a setting is on, and shown if it is of use.
+
+        Its keys work in the whole window, or only where a widget (`of`) has the focus.
+        """
 
         def act() -> None:
             slot()
@@ -118,6 +123,9 @@ class Menus:
 
         action = add_action(menu, text, act, keys)
         action.setCheckable(is_on is not None)
+        if of is not None:
+            of.addAction(action)
+            action.setShortcutContext(Qt.ShortcutContext.WidgetWithChildrenShortcut)
         if is_on is not None or is_there is not None:
             self._refreshes.append(refresh)
 
@@ -317,8 +325,9 @@ class Menus:
         )  # fmt: skip
         slices = window.slices
         self._add(menu, "S&lices", slices.toggle, "S", is_on=lambda: slices.is_shown)
-        self._add(menu, "Isolate pie&ce", lambda: workspace.pieces.take(0, alone=True), "I")
-        self._add(menu, "Cut piece awa&y", lambda: workspace.pieces.take(0, alone=False), "X")
+        for text, key, alone in (("Isolate pie&ce", "I", True), ("Cut piece awa&y", "X", False)):
+            take = partial(workspace.pieces.take, 0, alone)
+            self._add(menu, text, take, key, of=window.images_and_slices)
         self._add(menu, "Show all &voxels", state.show_all_voxels, is_there=self._has_mask)
         for overlay, text, keys in OVERLAYS:
             toggle, has = partial(overlays.toggle, overlay), partial(overlays.has, overlay)

@@ -133,6 +133,7 @@ TIP = (
     f"{SENTENCES['RMSE']} Difference (D) shows where."
 )
 TIP_B = f"Difference (RMSE) from A. {SENTENCES['RMSE']} Difference (D) shows where."
+LEAST_SAID = 0.0005  # difference that is not 0 in the digits that are said
 UNUSUAL = (
     "It is far above the errors of the model's test images: no such TF or view was among them."
 )
@@ -184,6 +185,10 @@ class ImageError(QObject):
         is_unknown = not inputs.part.is_whole or inputs.mask or inputs.view.is_orthographic
         if not is_b and (not alike or is_unknown):
             return None
+        (height, width, _), (rows, columns, _) = drawn.shape, truth.shape
+        if is_b and abs(height * columns - width * rows) > max(width, columns):
+            # One of them is of the pane's size before.
+            return None
         found = Comparison(drawn, truth, is_b, self.choice == "flip")
         # The old one keeps what was computed.
         return self._compared if found.is_of(self._compared) else found
@@ -226,7 +231,7 @@ class ImageError(QObject):
         lighting = self._workspace.reference.settings.lighting
         said, tip, is_unusual = f"error {error:.3f}".replace(" 0.", " ."), TIP, False
         if compared.is_of_b:
-            said = said.replace("error", "differs from A by") if error else "same as A"
+            said = "same as A" if error < LEAST_SAID else said.replace("error", "differs from A by")
             tip = TIP_B
         elif lighting == "path" and not error:
             # With one sample, the ground truth is the generator's own picture.

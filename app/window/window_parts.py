@@ -100,7 +100,7 @@ class WindowParts(QMainWindow):
         self._floating.add("bottom", self.crop_card)
         self._floating.add("bottom", self.up_axis_card)
         # Next to the images, the slices.
-        row = QSplitter(Qt.Orientation.Horizontal)
+        row = self.images_and_slices = QSplitter(Qt.Orientation.Horizontal)
         row.setHandleWidth(1)
         row.setChildrenCollapsible(False)
         row.addWidget(images)

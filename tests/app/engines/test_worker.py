@@ -74,8 +74,20 @@ def test_engines_of_settings_are_closed_after_what_waits(qtbot):
 
     worker = EngineWorker(build, "test")
     act_until(qtbot, worker.engineReady, worker.start)
-    worker.submit(replace(make_request(1), settings=ReferenceSettings(), channel=IMAGES_B))
-    qtbot.waitUntil(lambda: len(engines) == 2 and bool(engines[1].requests))
+    of_b = replace(make_request(1), settings=ReferenceSettings(), channel=IMAGES_B)
+
+    def ask_of_b(count):
+        worker.submit(of_b)
+        qtbot.waitUntil(lambda: sum(len(each.requests) for each in engines[1:]) == count)
+
+    ask_of_b(1)
+    # One that is asked again meanwhile stays.
+    worker.free()
+    gate.release()
+    ask_of_b(2)
+    gate.release()
+    ask_of_b(3)
+    assert len(engines) == 2
     worker.submit(make_request(2))
     worker.free()
     gate.release(2)

@@ -13,10 +13,11 @@ from app.window.figure import FigureChoice, pixels_of
 from model import errors
 from model.metrics import flip
 from model.scene.ranges import fit_to_range
+from model.scene.scene import LightDirection
 
 LEFT = Qt.MouseButton.LeftButton
 CTRL_SHIFT = Qt.KeyboardModifier.ControlModifier | Qt.KeyboardModifier.ShiftModifier
-OTHER = make_tf(140.0)
+OTHER, LIGHT = make_tf(140.0), LightDirection(50.0, 10.0)
 
 
 @pytest.fixture
@@ -40,6 +41,10 @@ def follow_pane(qtbot, window):
     """Wait for images of the panes' new sizes."""
     work = window.workspace.reference
     qtbot.waitUntil(lambda: not work._pane_rest.isActive() and window.workspace.is_settled)
+
+
+def lights(window):
+    return [window.state.inputs_of(pane).light for pane in "AB"]
 
 
 def set_tf(qtbot, window, tf):
@@ -360,6 +365,7 @@ def test_sessions_and_the_next_run_bring_b_back(qtbot, start_again, tmp_path):
     window = start_again(volume)
     window.state.tf_input.compare(True)
     window.workspace.reference.choose_look(lighting="soft")
+    window.state.light_input.set(LIGHT)
     set_tf(qtbot, window, OTHER)
     saved = window.sessions.session()
     window.sessions.save(path)
@@ -368,6 +374,16 @@ def test_sessions_and_the_next_run_bring_b_back(qtbot, start_again, tmp_path):
     assert window.state.tf_input.of("B") == OTHER and window.panes.compares
     assert window.state.tf_input.pane == "A"
     assert window.workspace.reference.settings_b.lighting == "soft"
+    assert lights(window) == [LightDirection(), LIGHT]
+    window.workspace.reference.swap()
+    assert lights(window) == [LIGHT, LightDirection()]
+    # Copied, B's follows A's.
+    window.workspace.reference.copy("A")
+    window.state.edited["light"].set(LightDirection(9.0, 9.0))
+    assert lights(window) == 2 * [LightDirection(9.0, 9.0)]
+    for _ in range(3):
+        window.state.edits.undo()
+    assert lights(window) == [LightDirection(), LIGHT]
     window.workspace.reference.copy("A")
     window.state.tf_input.compare(False)
     act_until(qtbot, window.workspace.volumeStarted, window.files.open, path)

@@ -87,7 +87,7 @@ def test_a_path_traced_picture_has_as_many_samples_as_were_asked_for(
     qtbot.waitUntil(place.exists)
     assert asked == [256]
     qtbot.waitUntil(lambda: "Saved" in window.status.news)
-    assert QImage(str(place)).text("Light") == "Path-traced, 256 samples of each pixel"
+    assert QImage(str(place)).text("Light") == "path-traced light, 256 samples of each pixel"
     # The dialog remembers it, in the next run, too.
     assert window.saving.first_choice().samples == 256
     assert window.preferences.settings.figure.samples == 256

@@ -87,9 +87,12 @@ def test_a_piece_is_shown_alone_or_cut_away_and_each_is_one_edit(qtbot, window):
     assert undo.stack.undoText() == "isolate piece"
     undo.undo()
     assert shown(window) is None
-    # By keys of the window, and by Tab from the image to the links.
+    # By keys where the image has the focus, and by Tab from there to the links.
     label = click(qtbot, window, 0.58)
-    QTest.keyClick(window, Qt.Key.Key_I)
+    for area in (window.editor.area.widget, window.reference.canvas):
+        assert shown(window) is None
+        area.setFocus()
+        QTest.keyClick(window, Qt.Key.Key_I)
     assert shown(window) is not None and not is_left(shown(window))
     undo.undo()
     label = click(qtbot, window, 0.58)

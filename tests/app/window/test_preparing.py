@@ -16,7 +16,7 @@ from app.engines.engines import REAL_BUILDERS
 from app.engines.requests import SupersededError
 from app.picture import BLACK
 from app.state import generator_work, reference_choices, reference_work
-from app.state.generator_work import PATH_TITLE
+from app.state.generator_work import PATH_DRAWER
 from app.state.library import Library
 from app.window.figure import FigureChoice
 from app.window.main_window import MainWindow
@@ -167,7 +167,7 @@ def test_one_image_is_shown_until_the_path_tracer_can_draw(qtbot, builders, netw
     preparation.finish(preparation.wanted[0])
     qtbot.waitUntil(lambda: window.workspace.is_settled, timeout=1000 * PATIENCE_S)
     assert window.generator.isVisible() and window.image_error.is_wanted
-    qtbot.waitUntil(lambda: window.generator.caption.title == PATH_TITLE)
+    qtbot.waitUntil(lambda: window.generator.status == PATH_DRAWER)
     assert "follows" not in window.reference.status
     assert window.reference.caption.title == "Ground truth"
     assert not builders.generators
@@ -217,7 +217,7 @@ def test_the_network_draws_while_the_light_is_path_traced(
     assert window.generator.caption.title == "Generator"
     reference.choose(lighting="path")
     settle(qtbot, window)
-    assert window.generator.caption.title == PATH_TITLE
+    assert window.generator.status.startswith(PATH_DRAWER)
     assert "serves all volumes" in window.workspace.model.errors
     # One engine for each pane, of one sample and of many.
     samples = sorted(each.samples for each in builders.settings if each.lighting == "path")
