@@ -13,10 +13,11 @@ LEAST_LENGTH = 0.005  # shortest side of a crop box, as a fraction of the volume
 
 @dataclass(frozen=True)
 class CropBox:
-    """Six planes parallel to the volume's faces, between which it is shown.
+    """Six planes parallel to the volume's faces; the part between them is shown.
 
     Along x, y and z, as fractions of the volume's extent, 0 <= low < high <= 1. Raises
     :class:`TfscopeError` for others, or a box thinner than :data:`LEAST_LENGTH`.
+
     """
 
     low: Triple = (0.0, 0.0, 0.0)
@@ -29,7 +30,7 @@ class CropBox:
                     f"The crop box's planes along {axis} are {low:g} and {high:g}; "
                     "give fractions of the volume from 0 to 1."
                 )
-            # Rounding must not refuse 0.1 to 0.105.
+            # Rounding must not exclude 0.1 to 0.105.
             if high - low < LEAST_LENGTH * (1 - 1e-9):
                 raise TfscopeError(
                     f"The crop box from {low:g} to {high:g} along {axis} is empty; "
@@ -50,16 +51,16 @@ class CropBox:
 
     @property
     def is_whole(self) -> bool:
-        """Whether the box leaves nothing out."""
+        """Whether the box contains the whole volume."""
         return self == CropBox()
 
     def with_plane(
         self, axis: int, side: int, place: float, least: float = LEAST_LENGTH
     ) -> CropBox:
-        """Return the box with one plane moved, as far as the volume and its opposite allow.
+        """Return the box with one plane moved as far as the volume and the opposite plane allow.
 
-        The axis is 0, 1 or 2 for x, y or z; the side is 0 for the lower plane, 1 for the upper one;
-        the place is a fraction of the volume's extent.
+        The axis is 0, 1 or 2; the side is 0 for the lower plane, 1 for the upper one; the place is
+        a fraction of the volume's extent.
         """
         low, high = self.low[axis], self.high[axis]
         if side == 0:
@@ -74,7 +75,7 @@ class CropBox:
         return CropBox((x0, y0, z0), (x1, y1, z1))
 
 
-WITHOUT_VOLUME = (2, 2, 2)  # dimensions before a volume is opened; nothing can be cropped off these
+WITHOUT_VOLUME = (2, 2, 2)  # dimensions before a volume is opened; these cannot be cropped
 
 
 def voxel_at(place: float, count: int) -> int:
@@ -88,7 +89,7 @@ def place_of(voxel: int, count: int) -> float:
 
 
 def least_length(count: int) -> float:
-    """Return the shortest side of a crop box, as a fraction: one voxel, or what a box needs."""
+    """Return the shortest side of a crop box, as a fraction: one voxel or the general limit."""
     return max(LEAST_LENGTH, 1 / (count - 1))
 
 

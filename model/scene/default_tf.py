@@ -1,4 +1,4 @@
-"""A default transfer function (TF), derived from the volume's histogram."""
+"""A default transfer function (TF), derived from a volume's histogram."""
 
 from __future__ import annotations
 
@@ -21,49 +21,49 @@ from model.scene.transfer_function import (
 from model.scene.volume import Volume
 
 MODE_AMPLITUDES = (0.04, 0.12, 0.5)  # of modes that cover typical numbers of voxels, in order
-TYPICAL_SHARE = 0.1  # of the window's voxels within one width of a typical mode's mean
+TYPICAL_SHARE = 0.1  # share of the window's voxels within one width of a typical mode's mean
 
 MODE_COLORS = ((0.30, 0.60, 0.98), (0.96, 0.47, 0.33), (1.0, 0.78, 0.42))
-"""Blue, coral and gold, distinguishable with all common colour blindnesses."""
+"""Blue, coral and gold, distinguishable with common colour blindnesses."""
 
-END_COLORS = ((0.03, 0.07, 0.2), (1.0, 0.95, 0.86))  # dark blue, hardly shown, and ivory
-SEEN_OPACITY, SMOKE_OPACITY = 0.9, 0.75  # of half of the rays at least; in smoke, less
-OPAQUE_RAY = 0.5  # from which a ray counts as shown, with the mode at its highest
+END_COLORS = ((0.03, 0.07, 0.2), (1.0, 0.95, 0.86))  # dark blue, hardly visible, and ivory
+SEEN_OPACITY, SMOKE_OPACITY = 0.9, 0.75  # least opacity of half of the rays; less in smoke
+OPAQUE_RAY = 0.5  # opacity from which a ray counts as visible, with the mode at its highest
 
 SURROUNDS, MOST_RIM = 1.05, 0.9
-"""Least share of the rim's peak at the rim, relative to its share in the volume, of what is around
-the object rather than the object, cut; and the share from which it is in any case."""
+"""If the rim's peak surrounds the object: least share at the rim, relative to that in the volume;
+share at the rim that is always enough. Otherwise the rim cuts the object."""
 
 RIM_FLANK = 0.2  # height at which the flank of the rim's peak ends, as a fraction of the peak's
 
 DISTINCT = 3.0
-"""Flanks from the rim's peak to the scalar range's end from which on that is no noise of the peak,
-but something else to show in its place."""
+"""Flanks from the rim's peak to the scalar range's end: with more, that end is no noise of the
+peak, but something else to show."""
 
-CALM_RIM = 0.95  # of the rim has the lowest value around smoke: a scanner's air has noise
+CALM_RIM = 0.95  # least share of the rim at the lowest value around smoke: real air has noise
 
 SMOKE_STEPS, SMOKE_RISE, SMOKE_SPECKS = 16, 1.6, 0.02
 """Parts of the scalar range; by how much one may have more voxels than an earlier one, in smoke;
 and the fraction of what is not background in which that does not count."""
 
-MOST_FACTOR, FACTORS = 32.0, 41  # of optical depths at most, and how many are tried in equal ratios
+MOST_FACTOR, FACTORS = 32.0, 41  # largest factor of optical depths; number of factors tried
 LEAST_AMPLITUDE, MOST_AMPLITUDE = 0.02, 0.9  # limits of the opacities of modes
 
 
 def default_transfer_function(volume: Volume) -> TransferFunction:
     """Return a TF of three modes over the scalar window, with a light colour at each mode.
 
-    The means divide the window by equal fractions of the log-scaled histogram, so that rare values
-    count as well. Opacity increases with the value, and decreases with the number of voxels near
-    it, so that frequent values do not hide others. What is most frequent at the volume's rim, as
-    air or resin, has no mode if there is anything else. Where the image would be faint, the
-    strongest mode is raised; all are, but less, in smoke, which has no edge to see.
+    The means divide the log-scaled histogram into equal parts, so that rare values count. Opacity
+    grows with the value, and falls with the number of voxels near it, so that frequent values do
+    not hide others. The most frequent value at the rim, such as air, has no mode if there is
+    anything else. In a faint image the strongest mode is raised; all are, but less, in smoke, which
+    has no edge.
     """
     lo, hi = volume.scalar_range
     counts, edges = volume.histogram(256)
     thinned = ThinnedVolume.of(volume)
     window_lo, window_hi = _window_beyond_rim(volume, thinned)
-    # Bins that lie partly in the window are cut, so that a few wide ones do, too.
+    # Bins partly in the window are cut, as there may be only a few wide ones.
     inside = (edges[1:] > window_lo) & (edges[:-1] < window_hi)
     counts, starts, ends = counts[inside], edges[:-1][inside], edges[1:][inside]
     starts, ends = np.maximum(starts, window_lo), np.minimum(ends, window_hi)
@@ -86,7 +86,7 @@ def default_transfer_function(volume: Volume) -> TransferFunction:
 
 
 def _balanced_means(counts: NDArray[np.int64], edges: NDArray[np.float64]) -> list[float]:
-    """Return values, one per mode, that are spaced evenly in the cumulative log counts."""
+    """Return one value per mode, spaced evenly in the cumulative log counts."""
     # Adding 1 keeps the cumulative counts strictly increasing across empty bins.
     shares = np.concatenate([[0.0], np.cumsum(np.log1p(counts) + 1.0)])
     number = len(MODE_AMPLITUDES)
@@ -95,7 +95,7 @@ def _balanced_means(counts: NDArray[np.int64], edges: NDArray[np.float64]) -> li
 
 
 def _rim(volume: ThinnedVolume) -> NDArray[np.int64]:
-    """Levels of the voxels at the volume's six faces that are not hidden."""
+    """Levels of the visible voxels at the volume's six faces."""
     levels = volume.levels
     faces = [np.take(levels, place, axis).ravel() for axis in range(3) for place in (0, -1)]
     rim = np.concatenate(faces)
@@ -103,7 +103,7 @@ def _rim(volume: ThinnedVolume) -> NDArray[np.int64]:
 
 
 def _window_beyond_rim(volume: Volume, thinned: ThinnedVolume) -> Range:
-    """Return the scalar window without the peak that most of the rim belongs to, if any."""
+    """Return the scalar window without the peak of most of the rim, if any."""
     window_lo, window_hi = default_scalar_window(volume)
     bins = np.bincount(_rim(thinned) * TF_SAMPLES // LEVELS, minlength=TF_SAMPLES)
     counts = np.convolve(bins, np.ones(5), mode="same")
@@ -127,7 +127,7 @@ def _window_beyond_rim(volume: Volume, thinned: ThinnedVolume) -> Range:
 
 
 def is_smoke(volume: ThinnedVolume) -> bool:
-    """Whether a volume is a simulation's smoke: values fade away, and the rim has none at all."""
+    """Whether a volume is a simulation's smoke: values fade away, and the rim is empty."""
     if np.mean(_rim(volume) == 0) < CALM_RIM:
         return False
     shown = volume.levels[volume.levels < LEVELS].astype(np.int64)
@@ -138,7 +138,7 @@ def is_smoke(volume: ThinnedVolume) -> bool:
 
 
 def _raised(opacity: OpacityTF, volume: ThinnedVolume) -> OpacityTF:
-    """Raise the strongest mode until it is seen; all if that is not enough, or in smoke."""
+    """Raise the strongest mode until it is visible; all if that is not enough, or in smoke."""
     everything = slice(None)
     through = volume.ray_opacities(_times(opacity, everything, MOST_FACTOR)) > OPAQUE_RAY
     if not through.any():
@@ -158,14 +158,14 @@ def _raised(opacity: OpacityTF, volume: ThinnedVolume) -> OpacityTF:
 
 
 def _strongest(opacity: OpacityTF, volume: ThinnedVolume) -> slice:
-    """Return which mode but the lowest, a haze, adds most opacity to the volume's voxels."""
+    """Return the mode that adds most opacity to the volume, except the lowest, a haze."""
     sums = [volume.ray_opacities(replace(opacity, modes=(mode,))).sum() for mode in opacity.modes]
     place = 1 + int(np.argmax(sums[1:]))
     return slice(place, place + 1)
 
 
 def _times(opacity: OpacityTF, which: slice, factor: float) -> OpacityTF:
-    """Return the TF with optical depths of some modes multiplied by a factor, within the limits."""
+    """Return the TF with some modes' optical depths multiplied by a factor, within limits."""
     modes = list(opacity.modes)
     modes[which] = [
         replace(m, amplitude=round(min(1 - (1 - m.amplitude) ** factor, MOST_AMPLITUDE), 3))
@@ -176,25 +176,25 @@ def _times(opacity: OpacityTF, which: slice, factor: float) -> OpacityTF:
 
 AIR_HU, TISSUE_HU = -1000.0, 50.0
 
-FAT_PLACES = (0.75, 0.93)  # of fat from air (0) to tissue (1), with contrast agent or not
-LEAST_SHARE = 0.05  # of the voxels above air that fat and soft tissue must each have
+FAT_PLACES = (0.75, 0.93)  # places of fat from air (0) to tissue (1), with contrast agent or not
+LEAST_SHARE = 0.05  # least share of the voxels above air in fat and in soft tissue
 NARROW = 0.08  # width of soft tissue's only peak, as a fraction of its distance from air
-DENSE_SHARES = (0.01, 0.3)  # of the voxels above air that may be denser than tissue: bone
+DENSE_SHARES = (0.01, 0.3)  # limits of the share of voxels above air in bone
 PROMINENCE = 0.1  # height of a peak above its saddles, as a power of ten
 SPECKS = 1e-4  # fraction of the voxels in a bin that is too small for a peak
 SMOOTHING = 5  # bins of 256 over which a histogram is averaged
 
 
 def body_range(volume: Volume) -> Range | None:
-    """Return the values of -1000 and 50 HU, or None unless peaks tell them with confidence.
+    """Return the values of -1000 and 50 HU if peaks reveal them with confidence, else None.
 
-    Air must be the volume's lowest peak. Above it there are either two peaks, as far from it as
-    fat and soft tissue are, or a single narrow one, as in a head. What is denser than these is
-    neither too little nor too much for bone, which may have peaks of its own.
+    Air must be the lowest peak. Above it are either two peaks at the distances of fat and soft
+    tissue, or a single narrow one, as in a head. The amount of denser voxels must be plausible for
+    bone, which may have peaks of its own.
     """
     counts, edges = volume.histogram(256)
     if np.count_nonzero(counts) < len(counts) / 2:
-        # Of few grey levels each looks like a peak.
+        # With few grey levels, each looks like a peak.
         return None
     peaks = [place for place in _peaks(counts) if place < len(counts) - SMOOTHING]
     if len(peaks) < 2:
@@ -222,17 +222,17 @@ def body_range(volume: Volume) -> Range | None:
 
 
 def _peaks(counts: NDArray[np.int64]) -> list[int]:
-    """Bins of the peaks, ends included, without those of noise."""
+    """Bins of the peaks, including the ends but no noise."""
     smooth = np.convolve(counts, np.ones(SMOOTHING) / SMOOTHING, mode="same")
     heights = np.log10(smooth / counts.sum() + SPECKS)
     return [n - 1 for n, *_ in find_peaks(np.pad(heights, 1, constant_values=-9), PROMINENCE)]
 
 
 def find_peaks(curve: NDArray[np.floating], least: float) -> list[tuple[int, float, float]]:
-    """Find the peaks of a finite curve from some prominence on, but for its ends.
+    """Find the peaks of a finite curve with some prominence, except at its ends.
 
-    Each has its place and, between samples, the places to its left and right where the curve is
-    half of the prominence lower. SciPy's function takes half a second and 65 MB to load.
+    Each has its place, and to its left and right the places between samples where the curve is half
+    of the prominence lower. SciPy's function takes half a second and 65 MB to load.
     """
     starts = np.flatnonzero(np.diff(curve, prepend=np.nan))  # of runs of equal samples
     middles, levels = (starts + np.append(starts[1:], len(curve)) - 1) // 2, curve[starts]

@@ -10,16 +10,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-_COUNTABLE = 1 << 16  # whole numbers at most that are counted one by one
-_SAMPLES = 1 << 18  # voxels that percentiles are taken of where there are more values
-_KEPT = 16  # most histograms that are kept
-_FEWEST_STEPS = 64  # of more than 1, that data must have for bins to follow them
+_COUNTABLE = 1 << 16  # most whole numbers that are counted one by one
+_SAMPLES = 1 << 18  # sample of voxels for percentiles if there are more values
+_KEPT = 16  # most cached histograms
+_FEWEST_STEPS = 64  # most steps above 1 that bins follow
 _EXACT = 2.0**52  # below this size a float holds whole numbers and halves
 Range = tuple[float, float]
 
 
 class Distribution:
-    """Distribution of voxels over scalar values; all of it is computed when first asked for."""
+    """Distribution of voxels over scalar values, computed on first use."""
 
     def __init__(
         self, voxels: NDArray[np.generic], missing: NDArray[np.bool_] | None = None
@@ -36,12 +36,12 @@ class Distribution:
 
     @property
     def is_constant(self) -> bool:
-        """Whether all voxels are equal, even where floats cannot tell them apart."""
+        """Whether all voxels are equal, exactly, not as floats."""
         lowest, highest = self._ends
         return bool(lowest == highest)
 
     def planes(self) -> Iterator[NDArray[Any]]:
-        """Yield the voxels that count, those of one z at a time, in an array of any shape."""
+        """Yield the measured voxels, one slice along z at a time, as arrays of any shape."""
         if self._missing is None:
             yield from self._voxels
         else:
@@ -66,17 +66,16 @@ class Distribution:
 
     @cached_property
     def step(self) -> int | None:
-        """Distance of which all differences of voxels are multiples, for whole numbers.
+        """Step of whole numbers: the greatest common divisor of all differences.
 
-        It is more than 1 where 8-bit data were stretched to 16 bits, say; 1 where it is so
-        large that the voxels have few values, such as a mask of 0 and 255. None for others
-        than whole numbers, and for some too large to be distinguished from them.
+        It is above 1 in 8-bit data stretched to 16 bits, and counts as 1 if the voxels have few
+        values, as in a mask of 0 and 255. None for other numbers, and for some that are too large.
         """
         lo, hi = self.range
         if not self.is_whole or max(abs(lo), abs(hi)) >= _EXACT:
             return None
         values, _ = self.frequencies
-        # With the smallest voxel, which a sample may lack.
+        # With the smallest voxel, which may be missing in a sample.
         step = int(np.gcd.reduce(values.astype(np.int64) - int(lo)))
         return step if step > 0 and (hi - lo) / step >= _FEWEST_STEPS else 1
 
@@ -84,8 +83,8 @@ class Distribution:
     def frequencies(self) -> tuple[NDArray[np.generic], NDArray[np.int64]]:
         """Values in increasing order, and how often each occurs.
 
-        Of all voxels where these are integers within 65,536 of each other, or few;
-        otherwise of 262,144 voxels drawn at random, the same ones each time.
+        Of all voxels if these are integers within 65,536 of each other, or few; otherwise of a
+        fixed random sample of 262,144.
         """
         counts = self._whole_counts
         if counts is not None:
@@ -111,10 +110,10 @@ class Distribution:
         return counts
 
     def edges(self, scalar_range: Range, bins: int, beyond: bool) -> NDArray[np.float64]:
-        """Edges of at most so many equal bins over a range, and beyond it on demand.
+        """Edges of at most this many equal bins over a range, and beyond it on demand.
 
-        Bins of whole numbers hold equally many of them, and have their edges halfway between
-        two: other bins would hold now one more, now one less. See
+        Bins of whole numbers hold equally many of them, with edges halfway between two; otherwise
+        bins would alternate between one more and one less. See
         :meth:`model.scene.volume.Volume.histogram`.
         """
         lo, hi = scalar_range
@@ -130,7 +129,7 @@ class Distribution:
         if not beyond:
             return edges
         above = self._continued(edges[-1], highest, edges[1] - edges[0], bins)
-        # Mirrored, what lies below lies above.
+        # Mirrored, values below are above.
         below = -self._continued(-edges[0], -lowest, edges[1] - edges[0], bins)
         return np.concatenate([below[::-1], edges, above])
 
@@ -139,7 +138,7 @@ class Distribution:
         if end <= start:
             return np.empty(0)
         if self.step is None:
-            # Compared before it is divided, which may overflow.
+            # Compared before the division, which may overflow.
             fits = end - start <= width * bins
             count = math.ceil((end - start) / width) if fits else bins
             return np.linspace(start, end, count + 1)[1:]
@@ -147,7 +146,7 @@ class Distribution:
         return start + width * np.arange(1.0, math.ceil((end - start) / width) + 1)
 
     def _some_measured(self, missing: NDArray[np.bool_]) -> NDArray[np.generic]:
-        """Measured voxels drawn at random by their rank, as few of many may be; all of few."""
+        """Random measured voxels by their rank, as few of many may be measured; all of few."""
         counts = [plane.size - int(np.count_nonzero(plane)) for plane in missing]
         total = sum(counts)
         if total <= _SAMPLES:
@@ -174,7 +173,7 @@ class Distribution:
 
     @cached_property
     def _whole_counts(self) -> NDArray[np.int64] | None:
-        """Number of voxels of each whole number from the smallest on; None if those are many."""
+        """Number of voxels of each whole number from the smallest on; None for too many numbers."""
         if self._voxels.dtype.kind not in "iu":
             return None
         lowest, highest = int(self._ends[0]), int(self._ends[1])
@@ -182,7 +181,7 @@ class Distribution:
             return None
         counts = np.zeros(highest - lowest + 1, dtype=np.int64)
         for plane in self.planes():
-            # In the voxels' own type the difference might overflow.
+            # The difference might overflow in the voxels' own type.
             places = plane.ravel().astype(np.int64) - lowest if lowest else plane.ravel()
             counts += np.bincount(places, minlength=len(counts))
         return counts

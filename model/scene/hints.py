@@ -1,4 +1,4 @@
-"""Hints at what a TF does not show: why an image is empty, and parts too narrow to be drawn."""
+"""Hints about a TF: why an image is empty, and parts too narrow to be drawn."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from model.scene.transfer_function import TF_SAMPLES, ColorTF, OpacityTF, Range
 from model.scene.value_scale import ValueScale
 from model.scene.view import VIEW_ANGLE, View
 
-FAINTEST = 1.5 / 255  # opacity of a pixel that is not seen: hardly a level of 8 bits
-TRANSPARENT = 1e-5  # opacity of a voxel of which even a thousand in a row are not seen
+FAINTEST = 1.5 / 255  # opacity of an invisible pixel: hardly a level of 8 bits
+TRANSPARENT = 1e-5  # opacity of voxels that are invisible even a thousand in a row
 FEW = 1e-5  # share of the voxels that is easily missed in an image
-FAINT_PART = 0.01  # of a TF's largest opacity, below which a value hardly counts as shown
+FAINT_PART = 0.01  # share of a TF's largest opacity below which a value hardly counts as visible
 POINTS_PER_BIN = 9  # scalar values of a bin at which the opacity is looked up
-CLOSE = 0.7  # distance of the view below which a part of the volume may lie outside the image
+CLOSE = 0.7  # view distance below which part of the volume may be outside the image
 SMALLEST = 0.01  # least diameter of a visible volume, as a fraction of the image's height
 Cause = Literal["tf", "crop", "mask", "view"]
 
@@ -36,7 +36,7 @@ class Emptiness:
 
 
 def nothing_visible(rgba: NDArray[np.float32]) -> bool:
-    """Whether no pixel of an RGBA image (H, W, 4) is opaque enough to be seen; NaN is not."""
+    """Whether no pixel of an RGBA image (H, W, 4) is visible; NaN is not."""
     opacity = rgba[..., 3]
     return not bool((opacity >= FAINTEST).any())
 
@@ -50,8 +50,8 @@ def why_nothing(
 ) -> Emptiness:
     """Explain why an image shows nothing.
 
-    The volume's range is that of all its voxels; so many voxels are in each bin (B,) between the
-    edges (B + 1,), in the data's units, ascending.
+    The volume's range is that of all its voxels; the histogram has counts (B,) between increasing
+    edges (B + 1,), in the data's units.
     """
     if found := _unshown_values(inputs.opacity_tf, volume_range, counts, edges):
         return Emptiness(found, "tf")
@@ -75,8 +75,8 @@ def _unshown_values(
     counts: NDArray[np.int64],
     edges: NDArray[np.float64],
 ) -> str:
-    """Say why a TF shows none of the volume's values; empty if it shows some."""
-    # As renderers see it: sampled over its range, and beyond it as at its ends.
+    """Explain why a TF shows none of the volume's values; empty if it shows some."""
+    # As in renderers: sampled over its range, constant beyond its ends.
     values = np.linspace(*opacity_tf.scalar_range, TF_SAMPLES)
     samples = opacity_tf.sample()
     peak = float(samples.max())
@@ -104,7 +104,7 @@ def _unshown_values(
 
 
 def _out_of_view(view: View, aspect: float) -> str:
-    """Say how a view misses the volume's bounding sphere; empty if it does not."""
+    """Explain how a view misses the volume's bounding sphere; empty if it does not."""
     half_angle = math.radians(VIEW_ANGLE / 2)
     sine = math.sin(half_angle) / view.distance
     if sine >= 1 and not view.is_orthographic:
@@ -120,16 +120,16 @@ def _out_of_view(view: View, aspect: float) -> str:
 
 
 LEAST_RISE = 0.05  # least height of a part that is mentioned, as a fraction of the largest opacity
-LEAST_SHADE = 0.1  # the same of a colour, of its full brightness
-LEAST_WIDTH = 0.7  # of a curve's part that is drawn as it is, in entries: a sample of 256 is 1
-WANTED_ENTRIES = 8  # entries that the remedy gives the narrowest part
-ROUND_STEPS = 40  # steps of the remedy that its ends are rounded to, about
-REACH = 2.0  # how far from its mean a mode is followed, in widths
+LEAST_SHADE = 0.1  # the same for colours, as a share of full brightness
+LEAST_WIDTH = 0.7  # least width of a curve's part that is drawn correctly, in table entries
+WANTED_ENTRIES = 8  # entries for the narrowest part after the remedy
+ROUND_STEPS = 40  # number of steps to which the remedy's ends are rounded, about
+REACH = 2.0  # distance from its mean to which a mode is followed, in widths
 
 
 @dataclass(frozen=True)
 class NarrowPart:
-    """Part of a TF that tables over its range cannot hold, and the range over which they can."""
+    """Part of a TF that is too narrow for tables over its range, and a range that is not."""
 
     values: Range  # lowest and highest of the narrow part, or of all of them, in the data's units
     scalar_range: Range  # the TF's range
@@ -147,7 +147,7 @@ class NarrowPart:
 
     @property
     def remedy_text(self) -> str:
-        """The range that helps, such as "29,850 to 30,150"."""
+        """The suggested range, such as "29,850 to 30,150"."""
         return self._text(self.remedy)
 
     def _text(self, values: Range) -> str:
@@ -157,10 +157,10 @@ class NarrowPart:
 
 
 def narrow_part(opacity: OpacityTF, color: ColorTF | None = None) -> NarrowPart | None:
-    """Find what is narrower than an entry of the tables over a TF's range; None if nothing is.
+    """Find parts narrower than an entry of the tables over a TF's range, or None.
 
-    A step of a curve is none: it is drawn as a slope of one entry, wherever it is. Narrow parts of
-    colours count where something is seen of them.
+    Steps of a curve do not count: they are drawn as a slope of one entry. Narrow parts of colours
+    count where the TF is opaque.
     """
     parts = [*_of_modes(opacity)]
     if opacity.points:
@@ -182,7 +182,7 @@ def narrow_part(opacity: OpacityTF, color: ColorTF | None = None) -> NarrowPart 
 
 
 def _of_modes(opacity: OpacityTF) -> Iterator[tuple[float, float, float]]:
-    """Yield lowest value, highest value and width of each mode that is drawn wider than it is."""
+    """Yield lowest value, highest value and width of each mode that is drawn too wide."""
     lo, hi = opacity.scalar_range
     least = LEAST_RISE * max((mode.amplitude for mode in opacity.modes), default=0.0)
     for mode in opacity.modes:
@@ -214,7 +214,7 @@ def _of_heights(
 
 
 def _tops(heights: NDArray[np.float64]) -> Iterator[tuple[int, int]]:
-    """Yield first and last point of each top of a curve, apart from those at its ends."""
+    """Yield first and last point of each top of a curve, except at its ends."""
     changes = np.flatnonzero(np.diff(heights))
     for before, after in pairwise(changes.tolist()):
         if heights[before] < heights[before + 1] > heights[after + 1]:
@@ -231,7 +231,7 @@ def _narrow_top(
 ) -> tuple[float, float, float] | None:
     """Lowest value, highest value and width at half height of a top; None if it is not narrow."""
     top = heights[first]
-    # A slope that comes down all the way is wide enough on its own, at half of it.
+    # A slope down to the foot is wide enough on its own, at half of it.
     sides = [
         _foot(values, heights, first, -1, values[first] - 2 * entry),
         _foot(values, heights, last, 1, values[last] + 2 * entry),
@@ -251,7 +251,7 @@ def _narrow_top(
 def _foot(
     values: NDArray[np.float64], heights: NDArray[np.float64], start: int, step: int, end: float
 ) -> tuple[float, float]:
-    """Place and height of the lowest point next to a top, up to a value or to where it rises."""
+    """Place and height of the lowest point next to a top, up to a value or the next rise."""
     index, lowest = start, (values[start], heights[start])
     while 0 <= index + step < len(values) and heights[index + step] <= lowest[1]:
         ahead = index + step
@@ -266,7 +266,7 @@ def _foot(
 def _distance(
     values: NDArray[np.float64], heights: NDArray[np.float64], start: int, step: int, level: float
 ) -> float:
-    """Distance from a top to where the curve has come down to a level."""
+    """Distance from a top to where the curve falls to a level."""
     index = start
     while 0 <= index + step < len(values) and heights[index + step] > level:
         index += step
@@ -279,7 +279,7 @@ def _distance(
 
 
 def _shown(opacity: OpacityTF) -> Range:
-    """Lowest and highest value that a TF shows at all."""
+    """Lowest and highest visible value of a TF."""
     lo, hi = opacity.scalar_range
     if not opacity.points:
         visible = [mode for mode in opacity.modes if mode.amplitude > 0]
@@ -293,7 +293,7 @@ def _shown(opacity: OpacityTF) -> Range:
 
 
 def _holds(values: Range, width: float) -> bool:
-    """Whether tables over a range have entries enough for a part of this width."""
+    """Whether tables over a range have enough entries for a part of this width."""
     return values[1] - values[0] <= TF_SAMPLES * width / WANTED_ENTRIES
 
 

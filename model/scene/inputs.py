@@ -46,11 +46,11 @@ class SceneInputs:
     view: View
     opacity_tf: OpacityTF
     color_tf: ColorTF
-    light: LightDirection | None = None  # of a lit scene; None is the scene's fixed one
-    crop: CropBox | None = None  # part of the volume that is shown; None for all of it
-    clip: ClipPlane | None = None  # beyond which the volume is cut away
-    interpolates: bool | None = None  # between voxels; None for yes, unless these are labels
-    mask: Mask | None = None  # voxels that are shown; None for all
+    light: LightDirection | None = None  # None for the scene's fixed light, or none
+    crop: CropBox | None = None  # shown part of the volume; None for all of it
+    clip: ClipPlane | None = None  # plane beyond which the volume is cut away
+    interpolates: bool | None = None  # whether to interpolate; None for yes, except labels
+    mask: Mask | None = None  # shown voxels; None for all
 
     @classmethod
     def of(cls, view: View, tf: TransferFunction, **others: Any) -> SceneInputs:
@@ -64,11 +64,11 @@ class SceneInputs:
 
     @property
     def part(self) -> ShownPart:
-        """The part that crop box and clipping plane leave."""
+        """The part left by crop box and clipping plane."""
         return ShownPart(self.crop or CropBox(), self.clip)
 
     def is_nearest(self, volume: Volume) -> bool:
-        """Whether each place of a volume has the value of the nearest voxel."""
+        """Whether each point of a volume has the nearest voxel's value."""
         return volume.file.is_labels if self.interpolates is None else not self.interpolates
 
 
@@ -79,7 +79,7 @@ class InputField:
     name: str  # name of the field of `SceneInputs` and of the stored array
     shape: tuple[int, ...]  # shape of one stored value
     dtype: str  # data type of stored values
-    numbers: int  # length of its part of the condition vector; 0 for TFs
+    numbers: int  # length in the condition vector; 0 for TFs
     draw: Callable[[np.random.Generator, Scene, dict[str, Any]], Any]
     """Draws a value, given a random generator, the scene and the inputs drawn before."""
     store: Callable[[Any, Scene], NDArray[Any]]  # converts a value to an array of `shape`
@@ -186,7 +186,7 @@ CHOSEN = {
     "crop": "a crop box", "clip": "a clipping plane", "interpolates": "another interpolation",
     "mask": "a mask",
 }  # fmt: skip
-"""Inputs that only users choose, and what they are called: models know none but None."""
+"""Inputs that only users choose, and their names; models support None only."""
 
 
 def varying(scene: Scene) -> list[InputField]:

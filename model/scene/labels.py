@@ -1,4 +1,4 @@
-"""Labels: whole numbers that each stand for something, such as an organ, and nothing in between."""
+"""Labels: whole numbers that each stand for something, such as an organ."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from model.scene.transfer_function import TF_SAMPLES, ColorTF, OpacityTF, Range,
 from model.scene.volume import Volume
 
 LAST = TF_SAMPLES - 1
-FEW = 128  # different values that labels may have which no file declares
-DIMMEST = 0.3  # luminance that a label's colour has at least: images are black around it
-WRAPPED = 0.5  # share of what is labelled from which a label hides the others: a body, say
-VEIL = 0.02  # its opacity then
+FEW = 128  # most distinct values of labels that no file declares
+DIMMEST = 0.3  # least luminance of a label's colour, as images are black around it
+WRAPPED = 0.5  # share of labelled voxels from which a label hides the others, as a body does
+VEIL = 0.02  # opacity of such a label
 GRAY = (0.5, 0.5, 0.5)
 
 
@@ -28,10 +28,10 @@ def label_range(volume: Volume) -> Range:
 
 
 def label_tf(volume: Volume) -> TransferFunction:
-    """Return a TF over a volume's range in which all labels but 0 are opaque, each in a colour.
+    """Return a TF over a volume's range that shows all labels but 0, each in a colour.
 
-    One that would hide the others is a veil. Handles lie on the labels; colours are those of the
-    file, or as different as possible.
+    A label that would hide the others is nearly transparent. Handles are on the labels; colours are
+    the file's, or as different as possible.
     """
     found, counts = volume.distribution.frequencies
     if len(found) > TF_SAMPLES:
@@ -54,7 +54,7 @@ def label_tf(volume: Volume) -> TransferFunction:
 
 
 def looks_like_labels(volume: Volume) -> bool:
-    """Whether a volume's name says that it holds labels, and its values can be some."""
+    """Whether a volume's name and values suggest labels."""
     lo, hi = volume.data_range
     if not re.search("label|seg", volume.name, re.IGNORECASE) or volume.scale != "linear":
         return False
@@ -63,7 +63,7 @@ def looks_like_labels(volume: Volume) -> bool:
 
 
 def _distinct_colors() -> list[tuple[float, float, float]]:
-    # Imported here: the window is to start without it.
+    # Imported here to keep the window's start fast.
     from cmap import Colormap
 
     colors = [stop.color.rgba[:3] for stop in Colormap("glasbey:glasbey").color_stops]

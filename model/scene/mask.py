@@ -1,4 +1,4 @@
-"""The mask: which voxels of a volume are shown, whatever its TF is."""
+"""The mask: which voxels of a volume are shown under any TF."""
 
 from __future__ import annotations
 
@@ -20,20 +20,20 @@ class Mask:
     """
 
     shape: tuple[int, int, int]  # of the volume's voxels (nz, ny, nx)
-    bits: bytes = field(repr=False)  # 1 for each voxel that is shown, as `numpy.packbits` packs
+    bits: bytes = field(repr=False)  # 1 for each shown voxel, packed by `numpy.packbits`
 
     @classmethod
     def of(cls, shown: NDArray[np.bool_]) -> Mask | None:
-        """Return the mask of the voxels (nz, ny, nx) that are shown; None for all.
+        """Return the mask of shown voxels (nz, ny, nx); None for all.
 
-        Raises :class:`TfscopeError` where none is.
+        Raises :class:`TfscopeError` if none is shown.
         """
         nz, ny, nx = shown.shape
         return cls.of_packed((nz, ny, nx), np.packbits(shown))
 
     @classmethod
     def of_packed(cls, shape: tuple[int, int, int], bits: NDArray[np.uint8]) -> Mask | None:
-        """Return the mask of packed bits, as :meth:`of` does; those after the last do not count."""
+        """Return the mask of packed bits; bits after the last voxel do not count."""
         unused = 8 * len(bits) - math.prod(shape)
         last = bits[-1] >> unused << unused
         if last == 255 >> unused << unused and (bits[:-1] == 255).all():
@@ -44,7 +44,7 @@ class Mask:
 
     @property
     def shown(self) -> NDArray[np.bool_]:
-        """The voxels that are shown (nz, ny, nx), unpacked."""
+        """The shown voxels (nz, ny, nx), unpacked."""
         packed = np.frombuffer(self.bits, dtype=np.uint8)
         bits = np.unpackbits(packed, count=math.prod(self.shape))
         return bits.view(np.bool_).reshape(self.shape)
@@ -52,7 +52,7 @@ class Mask:
     def shows(
         self, x: NDArray[np.integer], y: NDArray[np.integer], z: NDArray[np.integer]
     ) -> NDArray[np.bool_]:
-        """Return which of some voxels are shown, in the shape of their numbers along each axis."""
+        """Return which voxels are shown, given their numbers along each axis."""
         _, ny, nx = self.shape
         number = x + nx * (y + ny * z)
         bytes_ = np.frombuffer(self.bits, dtype=np.uint8)[number >> 3]

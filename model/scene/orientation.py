@@ -1,4 +1,4 @@
-"""Upright views of a volume, whichever of its axes points up, and the view with all of it."""
+"""Upright views of a volume about any axis, and the home view."""
 
 from __future__ import annotations
 
@@ -27,20 +27,20 @@ from model.scene.view import (
 )
 from model.scene.volume import Triple
 
-FACING = (0.0, 30.0, -30.0)  # azimuths where a file says where the front is, the usual one first
+FACING = (0.0, 30.0, -30.0)  # azimuths if a file defines the front, the usual one first
 AROUND = (30.0, -30.0, 60.0, 0.0, -60.0)  # azimuths of other volumes, the usual one first
-ELEVATIONS = (15.0, 35.0)  # the usual elevation, and that of slabs that lie
-SLAB = 0.65  # height of a slab that lies, at most, as a part of its mean width
+ELEVATIONS = (15.0, 35.0)  # the usual elevation, and that of flat slabs
+SLAB = 0.65  # largest height of a flat slab, as a share of its mean width
 WORTH = 1.3  # factor by which an unusual view must show more
-NEARLY = 0.9  # part of the most that a more usual one of them may show in its place
-OUTLINE = 32  # tangents around an outline whose area is measured
+NEARLY = 0.9  # share of the best view's area with which a more usual one is preferred
+OUTLINE = 32  # tangents that approximate an outline
 
 
 def home_angles(offsets: NDArray[np.float64], up: str, front: str = "") -> tuple[float, float]:
-    """Azimuth and elevation of the usual view, or of a neighbour that shows much more.
+    """Azimuth and elevation of the usual view, or of one nearby that shows much more.
 
-    The offsets (n, 3) lie around what is shown, in lengths along x, y and z. A slab that lies is
-    seen from further above. Compared is the area within the outline, without perspective.
+    The offsets (n, 3) surround the shown part, in lengths along x, y and z. Flat slabs are seen
+    from farther above. The area within the outline is compared, without perspective.
     """
     turned = offsets @ upright_frame(up, front).T
     azimuths = FACING if front else AROUND
@@ -55,7 +55,7 @@ def home_angles(offsets: NDArray[np.float64], up: str, front: str = "") -> tuple
 
 
 def _outlined_area(places: NDArray[np.float64]) -> float:
-    """Area of the polygon whose sides touch places (n, 2) in evenly spaced directions."""
+    """Area of the polygon around points (n, 2) with sides in evenly spaced directions."""
     step = 2 * math.pi / OUTLINE
     directions = step * np.arange(OUTLINE)
     heights = (places @ np.stack([np.cos(directions), np.sin(directions)])).max(axis=0)
@@ -79,16 +79,16 @@ def corners(box: CropBox) -> NDArray[np.float64]:
     return np.array(list(itertools.product(*zip(box.low, box.high, strict=True))))
 
 
-WHOLE = corners(CropBox())  # corners of a volume: what has them in the image has all of it
-HALVINGS = 20  # halvings of the interval in which the nearest distance that fits is searched
-MARGIN = 0.05  # part of half the image's side that is left free around a volume that just fits
-FILLED = 0.85  # part of an image's height that what is shown of a volume fills in the home view
+WHOLE = corners(CropBox())  # corners of a volume: with these, all of it is in the image
+HALVINGS = 20  # bisections in the search for the nearest distance that fits
+MARGIN = 0.05  # free share of half the image's side around a volume that just fits
+FILLED = 0.85  # share of an image's height that the shown part fills in the home view
 
 LINE, LINE_WIDTH = 200.0, 0.1
-"""Ratio of the longest to the next side from which on a volume is a line, of which the home view
-shows the middle, so wide as a part of the image's height."""
+"""Least ratio of the longest to the next side of a volume that is a line. The home view shows its
+middle, with this width as a share of the image's height."""
 
-CLOSEST = 0.1  # least distance of what is shown in the home view, in bounding-sphere radii
+CLOSEST = 0.1  # least distance of the shown part in the home view, in bounding-sphere radii
 
 
 @cache
@@ -128,9 +128,9 @@ def fit_distance(
     points: NDArray[np.float64] = WHOLE,
     reach: Reach = SQUARE,
 ) -> float:
-    """Smallest distance, in a view's units, at which places of the volume lie inside the image.
+    """Smallest distance, in a view's units, at which points of the volume are in the image.
 
-    Of the view, or its basis (3, 3), only the axes matter. The points (n, 3) are fractions of the
+    Only the axes of the view, or its basis (3, 3), matter. The points (n, 3) are fractions of the
     volume's lengths along x, y and z.
     """
     basis = view.basis() if isinstance(view, View) else view
@@ -152,11 +152,11 @@ def home_view(
     reach: Reach = SQUARE,
     angles: tuple[float, float] | None = None,
 ) -> View:
-    """Initial view of a volume: upright, with what is shown as high as the image allows.
+    """Initial view of a volume: upright, with its shown part as high as the image allows.
 
-    It fills :data:`FILLED` of the image's height, or the width up to :data:`MARGIN`. It is in the
-    image's middle unless that is a square: models, which draw these, have no panned views. The
-    points (n, 3) lie around what is shown; the angles are by default those of :func:`home_angles`.
+    It fills :data:`FILLED` of the image's height, or the width up to :data:`MARGIN`. It is centred
+    except in a square image: models, which draw these, have no panned views. The points (n, 3)
+    surround the shown part; the default angles are :func:`home_angles`.
     """
     angles = angles or home_angles(_in_radii(points, proportions), up, front)
     view = view_in(up, *angles, front=front)
@@ -168,7 +168,7 @@ def home_view(
 
 
 def line_distance(lengths: Sequence[float]) -> float | None:
-    """Distance from which a volume that is no more than a line has some width; None for others."""
+    """Distance from which a line-like volume has some width; None for others."""
     _, middle, longest = sorted(lengths)
     if longest < LINE * middle:
         return None
@@ -178,7 +178,7 @@ def line_distance(lengths: Sequence[float]) -> float | None:
 def centred(
     view: View, proportions: Triple, points: NDArray[np.float64] = WHOLE, reach: Reach = SQUARE
 ) -> View:
-    """Pan a view to the middle of some places, and come as near as the home view does, or stay."""
+    """Pan a view to the middle of some points, at most as near as the home view."""
     if (nearby := line_distance(proportions)) is not None:
         return replace(view, distance=nearby)
     distance = _nearest(view, proportions, points, reach, view.distance)
@@ -190,10 +190,10 @@ def centred(
 def _nearest(
     view: View, proportions: Triple, points: NDArray[np.float64], reach: Reach, farthest: float
 ) -> float:
-    """Smallest distance at which places take no more of the image than in the home view."""
+    """Smallest distance at which points take no more of the image than in the home view."""
     room = 2 * np.array(reach) * (1.0 - MARGIN, FILLED)
     back = view.basis()[2] @ _in_radii(points, proportions).T
-    # Nearer, some of them were level with or behind the camera.
+    # Nearer, some of them would be level with or behind the camera.
     nearest = 0.0 if view.is_orthographic else (float(back.max()) + CLOSEST) / FAR_DISTANCE_RADII
     near = min(max(NEAREST, nearest), farthest)
     distance = farthest
@@ -209,7 +209,7 @@ def _nearest(
 def _ends(
     view: View, proportions: Triple, points: NDArray[np.float64], distance: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Lower left and upper right end of places in the image, in halves of its shorter side."""
+    """Lower left and upper right corner of points in the image, in halves of its shorter side."""
     centred = replace(view, distance=distance, pan_x=0.0, pan_y=0.0)
     places = Projection(centred, proportions).places(points)
     return places.min(axis=0), places.max(axis=0)
@@ -222,7 +222,7 @@ def _in_radii(points: NDArray[np.float64], proportions: Triple) -> NDArray[np.fl
 
 
 def standard_view(name: str, view: View, up: str, *, front: str = "") -> View:
-    """Turn a view to one of :data:`STANDARD_VIEWS`, in the middle; others are a `TfscopeError`."""
+    """Turn a view to one of :data:`STANDARD_VIEWS`, centred; others are a `TfscopeError`."""
     if name not in STANDARD_VIEWS:
         raise TfscopeError(f"'{name}' is not a view; give one of {', '.join(STANDARD_VIEWS)}.")
     azimuth, elevation = STANDARD_VIEWS[name]
@@ -239,10 +239,10 @@ MIDDLE = (0.5, 0.5, 0.5)
 def turntable(
     view: View, count: int, up: str, proportions: Triple, pivot: Triple = MIDDLE
 ) -> list[View]:
-    """Return the views of one turn, in which what is shown seems to turn to the right.
+    """Return the views of one turn, in which the volume seems to turn to the right.
 
-    The last one is a step before the first, so that the movie can be repeated without a stop. The
-    pivot, in fractions of the volume's lengths, keeps its place in the image.
+    The last view is a step before the first, so that the movie loops smoothly. The pivot, in
+    fractions of the volume's lengths, keeps its place in the image.
     """
     azimuth, elevation, roll = angles_in(up, view)
     point = np.array(pivot)

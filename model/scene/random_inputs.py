@@ -1,8 +1,8 @@
-"""Random views, lights and TFs: the paper's (section 4.3.1), and TFs that people draw.
+"""Random views, lights and TFs: the paper's (section 4.3.1), and TFs like users' own.
 
 Every draw takes an explicit :class:`numpy.random.Generator` and is a function of its arguments
-only. The family "paper" has mixtures of Gaussian modes alone; the family "drawn" has also ramps,
-plateaus, steps, bands, free curves, and TFs that show little or nothing.
+only. The family "paper" has only mixtures of Gaussian modes; "drawn" also has ramps, plateaus,
+steps, bands, free curves, and TFs that show little or nothing.
 """
 
 from __future__ import annotations
@@ -30,11 +30,11 @@ SHARES: dict[OpacityKind, float] = {
 """Frequencies of the kinds in the family "drawn"."""
 
 MAX_MODES = 5
-MIN_WIDTH_BINS = 2.0  # of random modes and edges, so that those near the ends are no spikes
+MIN_WIDTH_BINS = 2.0  # least width of random modes and edges, also near the ends
 
 LEAST_CONSTANT = 0.001
 CURVE_POINTS = 3, 8
-COLOR_MAP_SHARE = 0.4  # fraction of the family "drawn" whose colours are one of `COLOR_MAPS`
+COLOR_MAP_SHARE = 0.4  # share of the family "drawn" with colours of one of `COLOR_MAPS`
 Stops = tuple[tuple[float, float, float], ...]
 
 COLOR_MAPS: dict[str, Stops] = {
@@ -52,7 +52,7 @@ COLOR_MAPS: dict[str, Stops] = {
 
 
 def draw_kind(rng: np.random.Generator, scene: Scene) -> OpacityKind:
-    """Draw the kind of an opacity TF; nothing is drawn for the family "paper"."""
+    """Draw the kind of an opacity TF; use no random number for the family "paper"."""
     if scene.tf_family == "paper":
         return "modes"
     kinds = list(SHARES)
@@ -67,9 +67,9 @@ def draw_opacity_tf(rng: np.random.Generator, scene: Scene) -> OpacityTF:
 def opacity_tf_of(kind: OpacityKind, rng: np.random.Generator, scene: Scene) -> OpacityTF:
     """Draw an opacity TF of one kind.
 
-    A ramp and a plateau rise from nothing at one value to an opacity that holds from another on; a
-    step does so over :data:`MIN_WIDTH_BINS`; a band is a trapezoid, a curve straight lines between
-    points. What is nearly empty has modes of at most .01.
+    A ramp and a plateau rise from 0 to a constant opacity between two values; a step does so over
+    :data:`MIN_WIDTH_BINS`; a band is a trapezoid, a curve is linear between points. Nearly empty
+    TFs have modes of at most .01.
     """
     if kind == "modes":
         return _modes(rng, scene)
@@ -92,9 +92,9 @@ def opacity_tf_of(kind: OpacityKind, rng: np.random.Generator, scene: Scene) -> 
 def draw_color_tf(rng: np.random.Generator, scene: Scene, opacity: OpacityTF) -> ColorTF:
     """Draw a colour TF: a common colour map, or a colour for each feature of the opacity TF.
 
-    Random colours are light (HSL lightness above 0.6) at modes, or at the points of a curve
-    inside the range, and dark (below 0.4) at both ends, so that values with high opacity are
-    also bright; colours are interpolated linearly in RGB.
+    Random colours are light (HSL lightness above 0.6) at modes and inner points of a curve, and
+    dark (below 0.4) at both ends, so that opaque values are bright. They are interpolated linearly
+    in RGB.
     """
     lo, hi = opacity.scalar_range
     if scene.tf_family == "drawn" and rng.uniform() < COLOR_MAP_SHARE:
@@ -139,7 +139,7 @@ Points = list[tuple[float, float]]
 
 
 def _ramp(rng: np.random.Generator, scene: Scene, ends: int = 2, least: float = 0.0) -> Points:
-    """From nothing at one value; with a least opacity, to one that is log-uniform from there."""
+    """A rise from 0 at one value; with a least opacity, to one that is log-uniform above it."""
     first, *_, last = 2 * sorted(rng.uniform(*scene.scalar_window, ends))
     height = float(np.exp(rng.uniform(np.log(least), 0))) if least else rng.uniform(0.05, 1.0)
     return [(first, 0.0), (last + _edge(scene), height)]
@@ -156,7 +156,7 @@ def _curve(rng: np.random.Generator, scene: Scene) -> Points:
     first, last = CURVE_POINTS
     count = int(rng.integers(first, last + 1))
     values = np.sort(rng.uniform(*scene.scalar_window, count))
-    # Half of the points are at nothing, or hardly any curve would let one look inside.
+    # Half of the points are at 0, as other curves would hide the inside.
     heights = rng.uniform(0.0, 1.0, count) ** 2 * (rng.uniform(size=count) < 0.5)
     return [*zip(values.tolist(), heights.tolist(), strict=True)]
 
@@ -166,7 +166,7 @@ def _constant(rng: np.random.Generator, scene: Scene) -> Points:
 
 
 def _edge(scene: Scene) -> float:
-    """Least distance between points that differ in opacity."""
+    """Least distance between points of different opacity."""
     lo, hi = scene.scalar_range
     return MIN_WIDTH_BINS * (hi - lo) / TF_SAMPLES
 

@@ -1,4 +1,4 @@
-"""Scalar ranges: robust or chosen ones, transfer functions (TFs) over them, values as text."""
+"""Scalar ranges, robust or chosen, transfer functions (TFs) over them, values as text."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from model.scene.transfer_function import TF_SAMPLES, ColorTF, OpacityTF, Range,
 from model.scene.value_scale import ValueScale, place_of, value_at
 from model.scene.volume import Volume
 
-TAIL = 0.001  # share of the voxels at each end that does not decide about the range
-SQUEEZED = 8  # a range is narrowed if the voxels but for the tails fill less than 1/8 of it
-ROOM = 1.0  # how far a narrowed range may reach beyond the voxels without tails, in widths of these
+TAIL = 0.001  # share of the voxels at each end that the range ignores
+SQUEEZED = 8  # a range is narrowed if the voxels without tails fill less than 1/8 of it
+ROOM = 1.0  # margin of a narrowed range beyond the voxels without tails, in their widths
 
 
 def percentile_range(volume: Volume, low: float, high: float) -> Range:
@@ -34,7 +34,7 @@ def percentile_range(volume: Volume, low: float, high: float) -> Range:
     values, counts = volume.distribution.frequencies
     lo, hi = _quantiles(values, counts, low / 100, high / 100)
     lowest, highest = volume.data_range
-    # Of many voxels only a sample is looked at, in which the outermost are missing.
+    # Only a sample of many voxels is used, which lacks the outermost ones.
     lo, hi = (lowest if low == 0 else lo), (highest if high == 100 else hi)
     if lo == hi:
         raise VolumeError(
@@ -47,11 +47,11 @@ def percentile_range(volume: Volume, low: float, high: float) -> Range:
 def robust_range(volume: Volume) -> Range:
     """Return the range of the voxels without a few outliers, a long thin tail, or a fill value.
 
-    Where all but a thousandth at either end take an eighth of the whole range, that is it.
-    Otherwise an end that lies farther out than the width of their range is moved in, to the
-    outermost voxel within that distance. The most frequent value, mostly air or a fill value, does
-    not count: the range holds it unless the others would fill less than an eighth of it. Then an
-    eighth of their width is left free on its side. For labels see :func:`label_range`.
+    If all but a thousandth at either end take an eighth of the whole range, that is it. Otherwise
+    an end farther out than their width is moved in, to the outermost voxel within that distance.
+    The most frequent value, such as air, does not count. The range includes it unless the others
+    would fill less than an eighth; then an eighth of their width is left free on its side. For
+    labels see :func:`label_range`.
     """
     if volume.file.is_labels and volume.scale == "linear":
         return label_range(volume)
@@ -83,7 +83,7 @@ def robust_range(volume: Volume) -> Range:
 
 
 def _without_tails(values: NDArray[np.generic], counts: NDArray[np.int64]) -> Range:
-    """Range of the values without a thousandth of their number, and at least one, at each end."""
+    """Range of the values without a thousandth of them, and at least one, at each end."""
     share = max(TAIL, 1.5 / counts.sum())
     if share >= 0.5:
         return float(values[0]), float(values[-1])
@@ -93,7 +93,7 @@ def _without_tails(values: NDArray[np.generic], counts: NDArray[np.int64]) -> Ra
 def _quantiles(
     values: NDArray[np.generic], counts: NDArray[np.int64], low: float, high: float
 ) -> Range:
-    """Values, none between two of them, below or at which these shares of their number lie."""
+    """Quantiles of the values, each one of them."""
     upto = np.cumsum(counts)
     places = np.searchsorted(upto, [low * upto[-1], high * upto[-1]])
     lo, hi = (float(values[place]) for place in places)
@@ -111,28 +111,28 @@ def _outermost(distribution: Distribution, lo: float, hi: float) -> Range:
     return lowest, highest
 
 
-LEAST_OVERLAP = 4 / TF_SAMPLES  # of a TF's range in the volume, below which that is no use
+LEAST_OVERLAP = 4 / TF_SAMPLES  # least share of a TF's range in the volume to be of use
 
 LEAST_SHARE, LEAST_STEPS = 1 / 1024, 8
-"""Fraction of the volume's range, or steps of its whole numbers, that a TF must cover to be meant
-for them: 40 HU in a CT are, [0, 1] is not."""
+"""Share of the volume's range, or steps of its whole numbers, that a TF made for it must cover: 40
+HU in a CT do, [0, 1] does not."""
 
 
 def fit_to_volume(transfer_function: TransferFunction, volume: Volume) -> TransferFunction:
-    """Convert a TF made for any volume to the one that shows it in another volume.
+    """Convert a TF made for any volume to another volume.
 
-    Its range and scale are those to show the volume over; the volume is given over the range that
-    it has without this TF. Where the TF's values fit the volume, see :func:`_overlap`, it keeps
-    them with its scale, and shows the same tissue as where it was made. One over far more, such as
-    all values of 16 bits, is cut to the scalar range if it says something there. Any other, such as
-    one over [0, 1] in a CT, is stretched to that range, as a relative TF is. Raises
-    :class:`VolumeError` for a TF over logarithms, which the volume's values do not have.
+    The result's range and scale are those to show the volume over; pass the volume over its own
+    range. If the TF's values fit the volume, see :func:`_overlap`, it keeps them with its scale,
+    and shows the same tissue. A far wider one, such as over all values of 16 bits, is cut to the
+    scalar range if it varies there. Any other, such as one over [0, 1] in a CT, is stretched to
+    that range, like a relative TF. Raises :class:`VolumeError` for a TF over logarithms if the
+    volume's values have none.
     """
     if transfer_function.is_relative:
         return stretch_to_range(transfer_function.on_scale(volume.scale), volume.scalar_range)
     if transfer_function.scale != volume.scale:
         if _overlaps_logarithms(transfer_function, volume):
-            # Known without computing these, which takes time.
+            # Known without computing the logarithms, which takes time.
             return transfer_function
         volume = volume.on_scale(transfer_function.scale)
         volume = volume.over(robust_range(volume))
@@ -151,10 +151,10 @@ def fit_to_volume(transfer_function: TransferFunction, volume: Volume) -> Transf
 def fit_to_range(transfer_function: TransferFunction, scalar_range: Range) -> TransferFunction:
     """Convert a TF made for any scalar range to one over a given scalar range.
 
-    Values keep their positions in the data's units, so that a TF made for one CT shows the same
-    tissue in another. Only if the TF is relative, or the two ranges are disjoint, is the TF mapped
-    linearly from its range to the new one. Colour stops, and the points of a free curve, are cut or
-    extended to span the range exactly; inside it the TF is unchanged. The scale remains the TF's.
+    Values are kept in the data's units, so that a TF made for one CT shows the same tissue in
+    another. A relative TF, or one over a disjoint range, is mapped linearly to the new range.
+    Colour stops and points are cut or extended to span the range; inside it the TF is unchanged.
+    The TF's scale stays.
     """
     lo, hi = scalar_range
     own_lo, own_hi = transfer_function.scalar_range
@@ -168,9 +168,9 @@ def fit_to_range(transfer_function: TransferFunction, scalar_range: Range) -> Tr
 
 
 def opacity_over(opacity: OpacityTF, scalar_range: Range) -> OpacityTF:
-    """Return an opacity TF over another range, which a free curve is cut or extended to span."""
+    """Return an opacity TF over another range; a free curve is cut or extended to span it."""
     if opacity.scalar_range == scalar_range:
-        # Jumps at its ends, two points at one value, stay.
+        # Jumps at its ends, two points at the same value, stay.
         return opacity
     (lo, hi), points = scalar_range, opacity.points
     if points:
@@ -198,13 +198,13 @@ def _overlap(own: Range, other: Range, step: int | None) -> bool:
 
 
 def _is_about(transfer_function: TransferFunction, scalar_range: Range) -> bool:
-    """Whether a TF over more than a range changes in it: by modes that fit in, or by points."""
+    """Whether a TF over a wider range varies in this one: by modes that fit in, or by points."""
     (lo, hi), own = scalar_range, transfer_function.scalar_range
     if not own[0] <= lo < hi <= own[1]:
         return False
     opacity = transfer_function.opacity
     modes = [m for m in opacity.modes if lo < m.mean < hi and m.width < hi - lo]
-    # One may lie there by chance.
+    # One may be there by chance.
     return bool(modes) or sum(lo < value < hi for value, _opacity in opacity.points) > 1
 
 
@@ -220,7 +220,7 @@ def stretch_to_range(transfer_function: TransferFunction, scalar_range: Range) -
     own_lo, own_hi = transfer_function.scalar_range
 
     def moved(value: float) -> float:
-        # Rounding must not put the end elsewhere.
+        # Rounding must not move the end.
         return hi if value == own_hi else lo + (value - own_lo) / (own_hi - own_lo) * (hi - lo)
 
     scale = (hi - lo) / (own_hi - own_lo)
@@ -234,7 +234,7 @@ def stretch_to_range(transfer_function: TransferFunction, scalar_range: Range) -
 
 @dataclass(frozen=True)
 class RangeChoice:
-    """Scalar range over which to look at a volume; others are a :class:`TfscopeError`."""
+    """Chosen scalar range of a volume; invalid ones are a :class:`TfscopeError`."""
 
     low: float  # in the data's own units, or per cent of the voxels, 0 to 100; low < high
     high: float
@@ -282,9 +282,9 @@ PLAIN = 1e6, 1e-6  # numbers below the first, of bins above the second, have no 
 
 
 def value_text(value: float, scalar_range: Range, scale: ValueScale) -> str:
-    """Write a scalar value to within one bin of a TF over its range, such as "-612" or "2.33e-08".
+    """Format a scalar value to within a bin of a TF over its range: "-612" or "2.33e-08".
 
-    Value and range lie on the scale; the text is in the data's units.
+    Value and range are on the scale; the text is in the data's units.
     """
     low, high = scalar_range
     bin_width = (high - low) / (TF_SAMPLES - 1)
@@ -302,7 +302,7 @@ def value_text(value: float, scalar_range: Range, scale: ValueScale) -> str:
 
 
 def range_text(values: Range, scalar_range: Range, scale: ValueScale) -> str:
-    """Write two values on a scale as a range, such as ``"260 to 1,900"``; equal ones as one."""
+    """Format two values on a scale as a range, such as ``"260 to 1,900"``; equal ones as one."""
     low, high = (_with_thousands(value_text(value, scalar_range, scale)) for value in values)
     return low if low == high else f"{low} to {high}"
 

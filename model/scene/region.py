@@ -13,7 +13,7 @@ Mask = NDArray[np.bool_]  # pixels of a region: shape (rows, columns), row 0 at 
 Shape = int | tuple[int, int]  # of a square image, or rows and columns of another
 Reach = tuple[float, float]  # half an image's width and height, in sides of its middle square
 SQUARE: Reach = (0.5, 0.5)  # reach of a square image
-EDGE = 0.01  # part of the image, from its border, that an outline must reach into to be seen
+EDGE = 0.01  # share of the image, from its border, that an outline must reach into
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class Region:
         return cls(0, 0, size, size)
 
     def mask(self, shape: Shape) -> Mask:
-        """Return the region's pixels in an image of this shape, which it must lie in."""
+        """Return the region's pixels in an image of this shape, which must contain it."""
         rows, columns = _rows_and_columns(shape)
         if not (0 <= self.left < self.right <= columns and 0 <= self.top < self.bottom <= rows):
             raise RenderError(
@@ -59,9 +59,8 @@ class Outline:
     """Polygon in an image of any size, such as a rectangle or a lasso."""
 
     points: tuple[tuple[float, float], ...] = ()
-    """Corners in order, to the right and down, as fractions of the side of the square in the
-    image's middle; they may lie outside the square, and outside the image. Without points it is the
-    whole image."""
+    """Corners in order, to the right and down, as fractions of the image's middle square; they may
+    be outside it, and outside the image. Without points it is the whole image."""
 
     @classmethod
     def rectangle(cls, left: float, top: float, right: float, bottom: float) -> Outline:
@@ -74,11 +73,11 @@ class Outline:
 
     @property
     def is_in_square(self) -> bool:
-        """Whether the whole outline lies in the square in the image's middle."""
+        """Whether the whole outline is in the image's middle square."""
         return all(0 <= place <= 1 for point in self.points for place in point)
 
     def kept_inside(self, reach: Reach = SQUARE) -> Outline:
-        """Return the outline moved so that at least its edge lies in the image."""
+        """Return the outline moved so that at least its edge is in the image."""
         if not self.points:
             return self
         shifts = []
@@ -90,12 +89,12 @@ class Outline:
     def mask(self, shape: Shape) -> Mask:
         """Return the pixels whose centres lie inside, in an image of this shape.
 
-        An outline that is smaller than a pixel has the one nearest to its middle. Raises
-        :class:`RenderError` when the whole outline lies outside the image.
+        An outline smaller than a pixel has the one nearest to its middle. Raises
+        :class:`RenderError` if the whole outline is outside the image.
         """
         if not self.points:
             return np.ones(_rows_and_columns(shape), dtype=bool)
-        # Importing it takes a moment, and whole images do without.
+        # A slow import, not needed for whole images.
         from skimage.draw import polygon2mask
 
         size = np.array(_rows_and_columns(shape))
@@ -112,7 +111,7 @@ class Outline:
         return mask
 
 
-ImageRegion = Region | Outline  # part of an image, in an image of any size or of one size only
+ImageRegion = Region | Outline  # part of an image: of any size, or of one size only
 
 
 def _rows_and_columns(shape: Shape) -> tuple[int, int]:
@@ -133,9 +132,10 @@ def windows_of(mask: Mask) -> NDArray[np.int64]:
 
 
 def block_edges(size: int, block: int) -> list[int]:
-    """Return the blocks' first pixels along an axis, and `size`; the last block may be smaller.
+    """Return the edges of blocks along an axis: first pixels and `size`; the last may be smaller.
 
     Raises :class:`RenderError` for a block size outside 1 to `size`.
+
     """
     if not 1 <= block <= size:
         raise RenderError(f"Blocks of {block} pixels do not fit into {size}; give 1 to {size}.")

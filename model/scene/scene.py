@@ -1,4 +1,4 @@
-"""The scene, everything that is fixed for one generator, and its distant light."""
+"""The scene: all that is fixed for one generator, with its distant light."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ class LightDirection:
     """Direction to the distant light, relative to the view, in degrees.
 
     Positive azimuth is to the viewer's right, positive elevation upwards; (0, 0) is a headlight. By
-    default it is from the upper left, and near enough to the viewer that what faces them is bright.
-    Raises :class:`TfscopeError` for angles that are not finite numbers.
+    default it comes from the upper left, close enough to the viewer that facing surfaces are
+    bright. Raises :class:`TfscopeError` for angles that are not finite numbers.
     """
 
     azimuth: float = -30.0
@@ -71,7 +71,7 @@ class LightRange:
                 raise TfscopeError(f"The light range's {name} is {value!r}; give degrees to 90.")
 
     def nearest(self, light: LightDirection) -> LightDirection:
-        """Return the direction within the range that is nearest to another, angle by angle."""
+        """Return the nearest direction within the range, angle by angle."""
         return LightDirection(
             min(max(light.azimuth, -self.max_azimuth), self.max_azimuth),
             min(max(light.elevation, -self.max_elevation), self.max_elevation),
@@ -81,42 +81,42 @@ class LightRange:
 FORMAT_VERSION = 5  # version of the scene's format in stores and models
 
 Lighting = Literal["none", "direct", "soft", "path"]
-"""Emission-absorption only; gradient shading; shadows and ambient light from a grid, which the ray
-caster alone draws; or light scattered many times, by the path tracer."""
+"""Emission-absorption only; gradient shading; shadows and ambient light from a grid (ray caster
+only); or multiple scattering (path tracer)."""
 
 EXACT_LIGHTINGS: tuple[Lighting, ...] = ("none", "direct", "soft")
 """Lightings under which the ray caster has the exact derivative of images by the TF."""
 
 PATH_CURVES: Lighting = "none"
 PATH_FIELDS: Lighting = "soft"
-"""Lights whose exact derivatives replace those of path-traced light, which has none: for the
-curves of regions, and for fields. Of the ray caster's lights they are the nearest to it."""
+"""Lights whose exact derivatives replace those of path-traced light, which has none: for regions'
+curves, and for fields. They are the ray caster's most similar lights."""
 
-TFFamily = Literal["paper", "drawn"]  # mixtures of modes, or also TFs that people draw
+TFFamily = Literal["paper", "drawn"]  # mixtures of modes, or also TFs like users' own
 
 RendererName = Literal["vtk", "raycast"]
-"""VTK, the reference, or tfscope's ray caster, which is several times faster.
+"""VTK, the reference, or tfscope's ray caster, which is several times faster. Their images agree.
 
-Their images agree under each lighting; VTK does not draw "soft". Under "path" the path tracer draws
-in the ray caster's place, and VTK does not.
-"""
+VTK has no "soft" and no "path" lighting; under "path" the ray caster is replaced by the path
+tracer."""
 
 RENDERER_NAMES: dict[RendererName, str] = {"vtk": "VTK", "raycast": "ray caster"}
-"""Names of the renderers where images are captioned and chosen."""
+"""Names of the renderers in captions and menus."""
 
 
 @dataclass(frozen=True)
 class Scene:
-    """Everything that is fixed while a generator is trained.
+    """All that is fixed while a generator is trained.
 
     Raises :class:`TfscopeError` for values that are out of range or inconsistent.
+
     """
 
     volume_name: str = field(compare=False)  # for display; the fingerprint identifies volumes
     volume_fingerprint: str  # `fingerprint` of the volume
     scalar_range: Range
     """Range over which TFs lie, on the scale: :attr:`model.scene.volume.Volume.scalar_range`.
-    Voxels may lie beyond it; they look as those at its ends do."""
+    Voxels beyond it look like those at its ends."""
     scalar_window: Range  # range of the means of random opacity modes, on the scale
     image_size: int  # width and height of the colour image in pixels, 16 to 4096
     lighting: Lighting = "none"
@@ -127,7 +127,7 @@ class Scene:
     renderer: RendererName = "vtk"  # renderer of the training images
     proportions: Triple = (1.0, 1.0, 1.0)
     """Lengths of the volume along x, y and z, relative to the diameter of its bounding sphere.
-    Scenes of earlier versions lack them and take the sphere's bounding cube."""
+    Older scenes lack them and use the sphere's bounding cube."""
     dimensions: tuple[int, int, int] | None = None  # along x, y and z; not in old scenes
     tf_family: TFFamily = "drawn"  # random TFs of the scene, see `random_inputs`
     scale: ValueScale = "linear"  # scale of the volume, of both ranges and of TFs
@@ -177,7 +177,7 @@ class Scene:
 
     @property
     def window_samples(self) -> slice:
-        """Slice of the 256 TF samples over the scalar range that lie inside the scalar window."""
+        """Slice of the 256 TF samples over the scalar range that are inside the scalar window."""
         lo, hi = self.scalar_range
         first, last = ((value - lo) / (hi - lo) * (TF_SAMPLES - 1) for value in self.scalar_window)
         return slice(math.ceil(first), math.floor(last) + 1)
@@ -196,9 +196,9 @@ class Scene:
     ) -> Scene:
         """Create the scene of a volume.
 
-        The window is in the data's units, by default that of :func:`default_scalar_window`; the up
-        axis of the view range is by default the volume's, or the usual one. Raises
-        :class:`TfscopeError` for values that are out of range or inconsistent.
+        The window, in the data's units, defaults to :func:`default_scalar_window`; the view range's
+        up axis defaults to the volume's, or the usual one. Raises :class:`TfscopeError` for values
+        that are out of range or inconsistent.
         """
         return cls(
             volume_name=volume.name,
@@ -221,7 +221,7 @@ class Scene:
 
     @classmethod
     def from_json(cls, data: Any) -> Scene:
-        """Rebuild a scene from plain data; raise :class:`TfscopeError` where that is malformed."""
+        """Rebuild a scene from plain data; raise :class:`TfscopeError` if it is malformed."""
         try:
             return build(cls, data, exact=True)
         except MalformedError as error:
@@ -239,10 +239,10 @@ def _on_scale(scalar_window: Range, volume: Volume) -> Range:
 
 
 def default_scalar_window(volume: Volume) -> Range:
-    """Return the default scalar window: the range where opacity modes show structure.
+    """Return the default scalar window: the values at which opacity modes show structure.
 
-    The paper adjusts it by hand. Here it leaves out the top eighth of the range, and the bottom up
-    to slightly above the most frequent value, an eighth at least and a quarter at most.
+    The paper adjusts it by hand. Here it omits the top eighth of the range, and the bottom up to
+    slightly above the most frequent value: an eighth to a quarter.
     """
     lo, hi = volume.scalar_range
     counts, _ = volume.histogram(256)

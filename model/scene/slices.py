@@ -1,4 +1,4 @@
-"""Slices of a volume: how they lie in their pictures, their colours, and where a voxel is."""
+"""Slices of a volume: their orientation, their colours, and positions of voxels."""
 
 from __future__ import annotations
 
@@ -17,29 +17,29 @@ from model.scene.transfer_function import TF_SAMPLES, Range, TransferFunction
 from model.scene.view import AXES, axis_labelled, upright_frame
 from model.scene.volume import Triple, Volume
 
-SliceColors = Literal["gray", "colors", "overlay"]  # gray, the TF's colours, or those over gray
+SliceColors = Literal["gray", "colors", "overlay"]  # gray, the TF's colours, or these over gray
 
 MIDDLE: Triple = (0.5, 0.5, 0.5)
-STEPS = 16  # colours from one of a TF's bins to the next: a label has exactly its bin's
-NARROWEST = 1e-4  # width of a window of gray, by the scalar range
-SATURATED = 0.002  # share of the voxels at either end that the usual window of gray leaves out
+STEPS = 16  # colours per bin of a TF: a label has exactly its bin's
+NARROWEST = 1e-4  # limits of the gray window's width, relative to the scalar range
+SATURATED = 0.002  # share of the voxels at either end that the default gray window omits
 NAMES = {"S": "Axial", "I": "Axial", "A": "Coronal", "P": "Coronal", "L": "Sagittal"}
 OPPOSITES = dict(zip("LRAPSI", "RLPAIS", strict=True))
 
 
 @dataclass(frozen=True)
 class Plane:
-    """The slices across one axis of a volume, and how they lie in their picture.
+    """The slices across one axis of a volume, and their orientation in the picture.
 
-    Axes are 0, 1 or 2 for x, y or z. `right` and `up` are axes with a sign: 1 where the axis grows
-    to the right or upwards in the picture, else -1. Places are fractions of the volume's extent
-    along x, y and z, places in the picture fractions from its left and from its top.
+    Axes are 0, 1 or 2 for x, y or z. `right` and `up` are axes with a sign: 1 if the axis grows to
+    the right or upwards in the picture, else -1. Places are fractions of the volume's extent along
+    x, y and z, or of the picture from its upper left.
     """
 
     axis: int
     right: tuple[int, int]
     up: tuple[int, int]
-    name: str  # Axial, Coronal or Sagittal, else the axis across
+    name: str  # Axial, Coronal or Sagittal, else the axis
     edges: tuple[str, str, str, str]  # directions at the left, right, lower and upper edge
 
     def cut(self, grid: NDArray[Any], place: Triple) -> NDArray[Any]:
@@ -51,13 +51,13 @@ class Plane:
         return picture[:: -self.up[1], :: self.right[1]]
 
     def in_picture(self, place: Triple) -> tuple[float, float]:
-        """Return where a place is in the picture, as seen across the slices."""
+        """Return a place's position in the picture."""
         (right, r), (up, u) = self.right, self.up
         x, y = place[right], place[up]
         return (x if r > 0 else 1 - x), (y if u < 0 else 1 - y)
 
     def moved(self, place: Triple, at: tuple[float, float]) -> Triple:
-        """Return a place of the same slice that is at a place in the picture, or the nearest."""
+        """Return the nearest place of the same slice for a position in the picture."""
         (right, r), (up, u) = self.right, self.up
         x, y = (min(max(share, 0.0), 1.0) for share in at)
         found = {self.axis: place[self.axis], right: x if r > 0 else 1 - x}
@@ -67,11 +67,11 @@ class Plane:
 
 @lru_cache(maxsize=8)
 def planes_of(up: str, labels: tuple[str, ...] = ()) -> tuple[Plane, Plane, Plane]:
-    """Return the three planes of a volume: level slices first, then from the front and the side.
+    """Return the three planes of a volume: horizontal first, then from the front and the side.
 
-    `up` is the axis that points up, `labels` has the patient's direction of each of
-    :data:`model.scene.view.AXES`, if known. Patients are seen as radiologists see them: from the
-    feet, with their right side on the left, and with the face to the left.
+    `up` is the axis that points up; `labels` has the patient's directions of
+    :data:`model.scene.view.AXES`, if known. Patients are shown as in radiology: from the feet, with
+    their right side on the left, and with the face to the left.
     """
     frame = upright_frame(up, axis_labelled("A", labels))
     names = labels or tuple(axis.replace("-", "−") for axis in AXES)
@@ -94,14 +94,14 @@ def voxel_of(volume: Volume, place: Triple) -> tuple[int, int, int]:
 
 
 def place_at(volume: Volume, voxel: tuple[int, int, int]) -> Triple:
-    """Return the place of the center of a voxel, or of the nearest one that there is."""
+    """Return the place of a voxel's center, or of the nearest existing voxel."""
     counts = volume.dimensions
     x, y, z = (place_of(min(max(v, 0), n - 1), n) for v, n in zip(voxel, counts, strict=True))
     return x, y, z
 
 
 def stored_at(volume: Volume, place: Triple) -> float | None:
-    """Return the file's value of the voxel at a place; None where it is missing."""
+    """Return the file's value of the voxel at a place; None if it is missing."""
     x, y, z = voxel_of(volume, place)
     hidden = volume.hidden
     is_missing = hidden is not None and hidden[z, y, x]
@@ -111,7 +111,7 @@ def stored_at(volume: Volume, place: Triple) -> float | None:
 def cut_away(
     volume: Volume, plane: Plane, place: Triple, mask: Mask | None, clip: ClipPlane | None
 ) -> NDArray[np.bool_] | None:
-    """Return which voxels of a slice (h, w) a mask or a clipping plane hides; None without any."""
+    """Return the voxels of a slice (h, w) hidden by a mask or a clipping plane, or None."""
     if mask is None and clip is None:
         return None
     shape = volume.voxels.shape
@@ -127,9 +127,9 @@ def cut_away(
 
 
 def coordinates(volume: Volume, place: Triple) -> list[tuple[str, float]]:
-    """Return where the voxel at a place lies in the file's space and unit, by axis.
+    """Return the position of the voxel at a place in the file's space and unit, by axis.
 
-    Axes of a patient have the letter of the side that the voxel lies on, others are x, y and z.
+    Axes of a patient have the letter of the voxel's side; others are x, y and z.
     """
     axes = np.array(volume.file.directions or np.eye(3))
     steps = np.array(voxel_of(volume, place)) * volume.spacing
@@ -151,7 +151,7 @@ class SlicePaint:
     @classmethod
     @lru_cache(maxsize=4)
     def of(cls, window: Range, tf: TransferFunction | None, is_overlay: bool = False) -> SlicePaint:
-        """Return the colours of a window of gray, of a TF, or of a TF over the gray."""
+        """Return the colours of a gray window, of a TF, or of a TF over gray."""
         count = 256 if tf is None else STEPS * (TF_SAMPLES - 1) + 1
         values = window if tf is None else tf.scalar_range
         gray = (np.linspace(*values, count) - window[0]) / (window[1] - window[0])
@@ -169,7 +169,7 @@ class SlicePaint:
         outlined: Range | None = None,
         ink: int = 0xFFFFFF,
     ) -> NDArray[np.uint8]:
-        """Colour values (h, w), RGBA (h, w, 4): missing ones clear, a band's edge in 0xRRGGBB."""
+        """Colour values (h, w) as RGBA (h, w, 4): missing ones clear, a band's edge in 0xRRGGBB."""
         low, high = self.values
         last = len(self.table) - 1
         levels = np.subtract(values, low, dtype=np.float64)
@@ -180,7 +180,7 @@ class SlicePaint:
         if outlined is not None:
             lowest, highest = outlined
             if values.dtype.kind != "f":
-                # Whole numbers are compared as such, which is many times as fast.
+                # Whole numbers are compared as such, which is many times faster.
                 lowest, highest = math.ceil(lowest), math.floor(highest)
             inside = (values >= lowest) & (values <= highest)
             if missing is not None:
@@ -193,7 +193,7 @@ class SlicePaint:
 
 
 def usual_window(counts: NDArray[np.integer], edges: NDArray[np.floating]) -> Range:
-    """Return the window of gray of nearly all voxels, by a histogram (n,) and its edges."""
+    """Return the gray window of nearly all voxels, by a histogram (n,) and its edges."""
     upto = np.cumsum(counts) / counts.sum()
     first = int(np.searchsorted(upto, SATURATED, side="right"))
     last = max(int(np.searchsorted(upto, 1 - SATURATED)), first)
@@ -201,7 +201,7 @@ def usual_window(counts: NDArray[np.integer], edges: NDArray[np.floating]) -> Ra
 
 
 def gray_window(window: Range, scalar_range: Range, wider: float, higher: float) -> Range:
-    """Return a window of gray made wider by a factor, and moved by a part of its width."""
+    """Return a gray window widened by a factor, and moved by a share of its width."""
     lo, hi = scalar_range
     width = min(max((window[1] - window[0]) * wider, NARROWEST * (hi - lo)), 4 * (hi - lo))
     middle = min(max(sum(window) / 2 + higher * width, lo), hi)
@@ -209,7 +209,7 @@ def gray_window(window: Range, scalar_range: Range, wider: float, higher: float)
 
 
 def _edge(inside: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Pixels inside that have a neighbour outside."""
+    """Inside pixels with a neighbour outside."""
     inner = inside.copy()
     inner[1:] &= inside[:-1]
     inner[:-1] &= inside[1:]

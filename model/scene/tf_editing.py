@@ -48,7 +48,7 @@ def move_opacity_handle(opacity: OpacityTF, index: int, value: float, height: fl
 
 
 def opacity_limits(opacity: OpacityTF, index: int) -> tuple[float, float]:
-    """Values between which :func:`move_opacity_handle` can move a handle."""
+    """Limits of a handle's value in :func:`move_opacity_handle`."""
     if opacity.points:
         values = [point[0] for point in opacity.points]
         return _room(values, index, _fixed_ends(opacity), opacity.scalar_range)
@@ -59,7 +59,7 @@ def opacity_limits(opacity: OpacityTF, index: int) -> tuple[float, float]:
 def move_opacity_handles(
     opacity: OpacityTF, indices: Sequence[int], shift: float, lift: float
 ) -> OpacityTF:
-    """Move handles together by differences in value and opacity, as far as all of them can go."""
+    """Move handles together by differences in value and opacity, as far as all can go."""
     handles = opacity_handles(opacity)
     lift = _within(lift, [(-handles[i][1], 1.0 - handles[i][1]) for i in indices])
     if opacity.points:
@@ -68,11 +68,11 @@ def move_opacity_handles(
         shifts = [0.0 if i in fixed else shift for i in indices]
     else:
         lo, hi = opacity.scalar_range
-        # A mode outside the range, made for another volume, cannot move farther away.
+        # A mode outside the range, from another volume, cannot move farther away.
         rooms = [(min(lo - handles[i][0], 0.0), max(hi - handles[i][0], 0.0)) for i in indices]
         shift = _within(shift, rooms)
         shifts = [shift for _ in indices]
-    # Sorted in the direction of the move, so that no point stops at one that moves as well.
+    # Sorted in the direction of the move, so that no point is stopped by another moving one.
     for index, by in sorted(zip(indices, shifts, strict=True), reverse=shift > 0):
         value, height = handles[index]
         opacity = move_opacity_handle(opacity, index, value + by, height + lift)
@@ -144,7 +144,7 @@ def move_stops(color: ColorTF, indices: Sequence[int], shift: float) -> ColorTF:
 
 
 def follow_modes(before: TransferFunction, opacity: OpacityTF) -> TransferFunction:
-    """Replace the opacity TF, and move the colour stops at the means of modes along."""
+    """Replace the opacity TF, and move colour stops along with the modes' means."""
     color, modes = before.color, before.opacity.modes
     if len(modes) != len(opacity.modes):
         return replace(before, opacity=opacity)
@@ -191,7 +191,7 @@ def _with_mode(opacity: OpacityTF, index: int, mode: GaussianMode) -> OpacityTF:
 
 
 def _within(wanted: float, rooms: list[tuple[float, float]]) -> float:
-    """Nearest difference that every one of the rooms, each around 0, allows."""
+    """Nearest difference within all intervals, each of which contains 0."""
     low = max((room[0] for room in rooms), default=0.0)
     high = min((room[1] for room in rooms), default=0.0)
     return _clamp(wanted, min(low, 0.0), max(high, 0.0))
@@ -202,7 +202,7 @@ def _both_ends(values: Sequence[float]) -> frozenset[int]:
 
 
 def _fixed_ends(opacity: OpacityTF) -> frozenset[int]:
-    """Ends of a free curve at an end of the range or beyond it: they say what lies there."""
+    """End points of a free curve at or beyond the range's ends: they set the opacity there."""
     (lo, hi), points = opacity.scalar_range, opacity.points
     low = {0} if points[0][0] <= lo else set()
     high = {len(points) - 1} if points[-1][0] >= hi else set()
@@ -215,7 +215,7 @@ def _rooms(
     fixed: frozenset[int],
     scalar_range: tuple[float, float],
 ) -> list[tuple[float, float]]:
-    """Distances that these may move before one meets a value that stays, or leaves the range."""
+    """Interval of common moves before one value meets a fixed one or leaves the range."""
     moving = {i for i in indices if i not in fixed}
     rooms = []
     for i in moving:
@@ -232,7 +232,7 @@ def _without(items: tuple[_Item, ...], index: int) -> tuple[_Item, ...]:
 def _room(
     values: list[float], index: int, fixed: frozenset[int], scalar_range: tuple[float, float]
 ) -> tuple[float, float]:
-    """Limits between which values stay sorted and within the range; fixed ones stay."""
+    """Limits that keep values sorted and within the range; fixed ones cannot move."""
     if index in fixed:
         return values[index], values[index]
     low = values[index - 1] if index > 0 else scalar_range[0]
@@ -247,8 +247,7 @@ def _clamp(value: float, lo: float, hi: float) -> float:
 CURVE_ERROR = 0.02
 """Largest difference in the square root of opacity between samples and a curve of few points.
 
-The root, as a faint haze over many values is seen where a small difference at a peak is not.
-"""
+The root, as a faint haze over many values is more visible than a small difference at a peak."""
 
 LEAST_AMPLITUDE = 0.004  # opacity below which no mode is fitted: one step of an 8-bit image
 
@@ -280,11 +279,10 @@ def fitted_curve(opacity: OpacityTF) -> OpacityTF:
 
 
 def fitted_modes(opacity: OpacityTF) -> OpacityTF:
-    """Return Gaussian modes that come near an opacity TF; none where it shows hardly anything.
+    """Return Gaussian modes that approximate an opacity TF; none if it is nearly empty.
 
-    Modes are added where most is missing, and all of them fitted together after each, by
-    least squares with a soft loss: a plateau's edges, which no mode can follow, do not pull
-    the others away.
+    Modes are added where most is missing; after each, all are fitted by least squares. The soft
+    loss limits the pull of a plateau's edges, which no mode can follow.
     """
     from scipy.optimize import least_squares
 
@@ -323,7 +321,7 @@ def _sum(modes: NDArray[np.float64], bins: NDArray[np.float64]) -> NDArray[np.fl
 
 
 def _guess(missing: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Mode (1, 3) at the largest of what is missing, as wide as half of it."""
+    """Mode (1, 3) at the largest residual, as wide as its half height."""
     peak = int(missing.argmax())
     low = missing < missing[peak] / 2
     left = peak - next((i for i in range(1, peak + 1) if low[peak - i]), peak)

@@ -1,4 +1,4 @@
-"""Edits of a TF that bring out, take back or single out what has one scalar value."""
+"""Edits of a TF that raise, lower or isolate a scalar value."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ STRIKING_COLORS = (
     (0.90, 0.62, 0.00), (0.34, 0.71, 0.91), (0.00, 0.62, 0.45), (0.94, 0.89, 0.26),
     (0.84, 0.37, 0.00), (0.80, 0.47, 0.65),
 )  # fmt: skip
-"""Colours to choose from for a mode that is to stand out, all safe for the colour-blind."""
+"""Colours for a mode that must stand out, all safe for the colour-blind."""
 
 STEP = 2.0  # factor of the opacity by `raise_value`, and divisor by `lower_value`
-DARK = 10  # lightness in CIELAB (0 to 100) up to which a colour counts as background
+DARK = 10  # largest CIELAB lightness (0 to 100) of the background
 LEAST_RAISE = 0.05  # opacity of the mode that `raise_value` adds
 TINY = 1e-12
-TAIL = 1.5  # widths from its mean within which a mode is isolated as it is: to a tenth of it
+TAIL = 1.5  # widths from its mean within which a mode is isolated unchanged: to a tenth of it
 
 
 def add_mode(opacity: OpacityTF, value: float, width: float, height: float) -> OpacityTF:
@@ -44,17 +44,17 @@ def add_mode(opacity: OpacityTF, value: float, width: float, height: float) -> O
 def add_striking_mode(
     tf: TransferFunction, value: float, width: float, height: float, shown: NDArray[np.floating]
 ) -> TransferFunction:
-    """Add a mode whose colour stands out from what an image region shows.
+    """Add a mode in a colour that stands out in an image region.
 
-    What is opaque already keeps its colour: the mode's is mixed into that of the TF by their
-    opacities, so that an image changes by what the mode adds, and not by new colours. For value,
-    width and height see :func:`add_mode`; `shown` (n, 3) are the colours in the region, in [0, 1].
+    The mode's colour is mixed into the TF's by their opacities, so that values that are already
+    opaque keep their colour. For value, width and height see :func:`add_mode`; `shown` (n, 3) are
+    the region's colours, in [0, 1].
     """
     around = value + width * np.array([-2.0, -1.0, 0.0, 1.0, 2.0])
     stops = np.unique(np.clip(around, *tf.color.scalar_range))
     added = height * np.exp(-(((stops - value) / width) ** 2) / 2)
     shares = added / np.maximum(added + tf.opacity(stops), TINY)
-    # From two widths away, colours are as they were.
+    # From two widths away, colours stay.
     shares[np.abs(stops - value) > 1.99 * width] = 0
     before = np.asarray(tf.color(stops))
     mixed = before + shares[:, None] * (np.array(striking_color(shown)) - before)
@@ -70,18 +70,18 @@ def striking_color(shown: NDArray[np.floating]) -> tuple[float, float, float]:
     choices = rgb2lab(np.array(STRIKING_COLORS))
     if len(shown) == 0:
         return STRIKING_COLORS[0]
-    # Of many pixels, a few hundred are enough.
+    # A few hundred pixels are enough.
     some = shown[:: max(1, len(shown) // 512)]
     lab = rgb2lab(np.clip(some, 0, 1).astype(np.float64))
     distances = np.linalg.norm(choices[:, None] - lab[None], axis=-1)
-    # Dark pixels are the background, from which every one of them stands out.
+    # Dark pixels are the background, where every colour stands out.
     visible = lab[:, 0] > DARK
     nearest = distances[:, visible].min(axis=1) if visible.any() else distances.min(axis=1)
     return STRIKING_COLORS[int(nearest.argmax())]
 
 
 def _recolored(color: ColorTF, values: NDArray[np.float64], colors: NDArray[np.float64]) -> ColorTF:
-    """Replace the stops between some values, the first and the last included, by others."""
+    """Replace the stops in a closed interval of values by others."""
     kept = [stop for stop in color.stops if not values[0] <= stop[0] <= values[-1]]
     rows = np.column_stack([values, colors]).tolist()
     added = [(value, red, green, blue) for value, red, green, blue in rows]
@@ -89,9 +89,9 @@ def _recolored(color: ColorTF, values: NDArray[np.float64], colors: NDArray[np.f
 
 
 def raise_value(opacity: OpacityTF, value: float, width: float) -> OpacityTF:
-    """Double the opacity around a value; modes as wholes, by how much they add there.
+    """Double the opacity around a value; scale whole modes by their share there.
 
-    Where no mode is near, one of opacity .05 is added. The width is a standard deviation.
+    If no mode is near, add one of opacity .05. The width is a standard deviation.
     """
     is_there = float(opacity(value)) > TINY if opacity.points else _is_near(opacity, value, width)
     if not is_there:
@@ -100,7 +100,7 @@ def raise_value(opacity: OpacityTF, value: float, width: float) -> OpacityTF:
 
 
 def lower_value(opacity: OpacityTF, value: float, width: float) -> OpacityTF:
-    """Halve the opacity around a value: the inverse of :func:`raise_value`, but for its limits."""
+    """Halve the opacity around a value: the inverse of :func:`raise_value` within its limits."""
     return _scaled(opacity, value, width, 1 / STEP)
 
 
@@ -112,16 +112,15 @@ def raised(opacity: OpacityTF, factor: float) -> OpacityTF:
 
 
 def isolate_value(opacity: OpacityTF, value: float, width: float, reach: Range) -> OpacityTF:
-    """Keep the opacity of the values within reach only, with flanks of a width in the data's units.
+    """Keep only the opacity near a value, with flanks of a width in the data's units.
 
-    Modes stay modes: those that lie among the values are kept as they are, the others as they are
-    between the values, where they are narrower modes. Of a curve the part between the values is
-    kept. Where there is nothing to keep, there is one mode at the value.
+    Modes among the values are kept; others become narrower modes there. Of a curve the part between
+    the values is kept. If nothing is left, one mode is added at the value.
     """
     if opacity.points and opacity(np.linspace(*reach, TF_SAMPLES)).max() > 0:
         return replace(opacity, points=_between(opacity, reach, width))
     low, high = reach
-    # Half of its height where the flank begins to end.
+    # Half of its height in the middle of the flank.
     middle, half = (low + high) / 2, (high - low + width) / (2 * math.sqrt(math.log(2)))
     kept = [
         mode
@@ -131,7 +130,7 @@ def isolate_value(opacity: OpacityTF, value: float, width: float, reach: Range) 
         for mode in opacity.modes
     ]
     kept = [mode for mode in kept if mode.amplitude > TINY]
-    # What a mode outside of the values has among them would be a mode outside, too.
+    # A mode outside the values would stay outside, too.
     inside = [mode for mode in kept if low - width <= mode.mean <= high + width]
     modes = inside or sorted(kept, key=lambda mode: mode.amplitude)[-1:]
     return replace(opacity, modes=tuple(modes) or (_mode(value, width, LEAST_RAISE),), points=())
@@ -143,13 +142,13 @@ def _mode(value: float, width: float, height: float) -> GaussianMode:
 
 
 def _is_near(opacity: OpacityTF, value: float, width: float) -> bool:
-    """Whether a value lies within the width of a mode, or so near to its mean as edits are wide."""
+    """Whether a value is within a mode's width, or within the edit's width of its mean."""
     reaches = ((mode, max(mode.width, math.sqrt(2) * width)) for mode in opacity.modes)
     return any(abs(mode.mean - value) <= reach and mode.amplitude > TINY for mode, reach in reaches)
 
 
 def _scaled(opacity: OpacityTF, value: float, width: float, factor: float) -> OpacityTF:
-    """Multiply the opacity around a value; modes as wholes, by powers of the factor."""
+    """Multiply the opacity around a value; whole modes by powers of the factor."""
     if opacity.points:
         return _reshaped(opacity, value, width, factor)
     modes = []
@@ -171,14 +170,14 @@ def _windowed(mode: GaussianMode, middle: float, width: float) -> GaussianMode:
 
 
 def _between(opacity: OpacityTF, reach: Range, width: float) -> tuple[tuple[float, float], ...]:
-    """Points of a curve between two values, and of its flanks, which end one width beyond."""
+    """Points of a curve between two values, with flanks that end one width beyond."""
     (lo, hi), (low, high) = opacity.scalar_range, reach
     kept = [low, *(p[0] for p in opacity.points if low < p[0] < high), high]
     curve = dict(zip(kept, opacity(np.array(kept)).tolist(), strict=True))
     for end in (low - width, high + width):
         if lo < end < hi:
             curve[end] = 0.0
-    # The ends of the range always have a point.
+    # The range's ends always have a point.
     for end in (lo, hi):
         curve.setdefault(end, 0.0)
     return tuple(sorted(curve.items()))

@@ -1,7 +1,7 @@
 """Smooth edits of the opacity TF, for which sensitivities are given.
 
-Users do not edit single bins, and networks, which are trained on smooth TFs only, answer these with
-noise. Generator and renderer therefore both give sensitivities to Gaussian edits of some width.
+Users do not edit single bins, and networks, trained on smooth TFs only, answer these with noise.
+Generators and renderers therefore give sensitivities to Gaussian edits of some width.
 """
 
 from __future__ import annotations
@@ -29,9 +29,9 @@ def edit_around(value: float, scalar_range: Range, width: float) -> NDArray[np.f
 
 
 def edit_over(values: Range, scalar_range: Range, width: float) -> NDArray[np.float32]:
-    """Return a smooth edit (256,) that has an interval of values in full.
+    """Return a smooth edit (256,) over an interval of values.
 
-    Its opacities add up to 1. The width is the flanks' standard deviation in bins, 0 for the
+    Its opacities sum to 1. The width is the flanks' standard deviation in bins; 0 for the
     interval's bins alone.
     """
     first, last = (_bin(value, scalar_range) for value in values)
@@ -41,7 +41,7 @@ def edit_over(values: Range, scalar_range: Range, width: float) -> NDArray[np.fl
 
 
 def band_of_edit(values: Range, scalar_range: Range, width: float) -> Range:
-    """Return the values at which :func:`edit_over` has half of its height or more."""
+    """Return the values at which :func:`edit_over` has at least half of its height."""
     edit = edit_over(values, scalar_range, width)
     inside = np.flatnonzero(edit >= edit.max() / 2)
     first, last = np.linspace(*scalar_range, len(edit))[inside[[0, -1]]].tolist()
@@ -70,7 +70,7 @@ def at_all_bins(bins: NDArray[np.int64], values: NDArray[np.floating]) -> NDArra
     """Values (..., 256) at all bins, by a spline through values (..., n) at some bins."""
     if len(bins) == TF_SAMPLES:
         return values
-    # Imported here, as below: the window, which asks for edits, starts without SciPy.
+    # Imported here, as below, since the window starts without SciPy.
     from scipy.interpolate import CubicSpline
 
     return np.asarray(CubicSpline(bins, values, axis=-1)(np.arange(TF_SAMPLES)))

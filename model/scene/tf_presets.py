@@ -1,8 +1,7 @@
-"""Transfer functions to begin with, one per kind of data, and colour maps as colour TFs.
+"""Presets: transfer functions (TFs) by kind of data, and colour maps as colour TFs.
 
-Those for CT are given in Hounsfield units (HU). Where a volume's values are not HU, and
-for the other kinds, they are placed by the histogram: the peak of the background, and
-percentiles of what is above it.
+Those for CT are given in Hounsfield units (HU). For other values and kinds, they are placed by the
+histogram: the background's peak, and percentiles above it.
 """
 
 from __future__ import annotations
@@ -17,20 +16,20 @@ from model.scene.ranges import fit_to_range
 from model.scene.transfer_function import ColorTF, OpacityTF, Range, TransferFunction
 from model.scene.value_scale import ValueScale
 
-LOW_HU, HIGH_HU = -500.0, 500.0  # a range beyond both is of HU: air is at -1000, bone above 1000
-_SMOOTHING = 5  # bins over which a histogram is averaged before peaks are looked for
-_FREQUENT = 0.3  # height from which a peak counts, as a fraction of the highest one's
+LOW_HU, HIGH_HU = -500.0, 500.0  # a range beyond both is in HU: air is at -1000, bone above 1000
+_SMOOTHING = 5  # bins over which a histogram is averaged before the search for peaks
+_FREQUENT = 0.3  # least height of a peak, relative to the highest one
 _Point = tuple[float, float]
 _Stop = tuple[float, float, float, float]
 
 
 @dataclass(frozen=True)
 class Preset:
-    """A TF to begin with."""
+    """A preset TF."""
 
     name: str  # for users
     explanation: str
-    tf: TransferFunction  # over the scalar range asked for
+    tf: TransferFunction  # over the requested scalar range
 
 
 @dataclass(frozen=True)
@@ -130,10 +129,10 @@ def presets(
     scale: ValueScale = "linear",
     of_patient: bool = True,
 ) -> list[Preset]:
-    """Return TFs to begin with over a volume's scalar range, always in the same order.
+    """Return the preset TFs over a volume's scalar range, always in the same order.
 
-    The histogram has counts (bins,) between increasing edges (bins + 1,). The unit "HU" says that
-    values are Hounsfield units; on a logarithmic scale none is taken for HU.
+    The histogram has counts (bins,) between increasing edges (bins + 1,). The unit "HU" marks
+    Hounsfield units; values on a logarithmic scale never are.
     """
     marks = _landmarks(counts, edges)
     is_hu = scale == "linear" and looks_like_hu((float(edges[0]), float(edges[-1])), units)
@@ -171,17 +170,17 @@ def looks_like_hu(data_range: Range, units: str = "") -> bool:
 class _Landmarks:
     """Values found in a histogram."""
 
-    peak: float  # the background's most frequent value, and its end
+    peak: float  # most frequent value of the background, and its end
     low: float
     middle: float  # middle and almost largest value of the voxels above the background
     high: float
-    tissue: float  # the highest value of those that are frequent above the background
-    dense: float  # the least value of the densest voxels: a fraction `DENSE_SHARE` of all
-    highest: float  # the largest value of all
+    tissue: float  # highest frequent value above the background
+    dense: float  # least value of the densest voxels: a fraction `DENSE_SHARE` of all
+    highest: float  # largest value of all
 
 
 def _landmarks(counts: NDArray[np.int64], edges: NDArray[np.float64]) -> _Landmarks:
-    """Find the background, the highest peak in the histogram's lower half, and what is above."""
+    """Find the background, the highest peak in the histogram's lower half, and values above."""
     centers = (edges[:-1] + edges[1:]) / 2
     first, last = float(edges[0]), float(edges[-1])
     start = int(np.argmax(np.where(centers <= (first + last) / 2, counts, -1)))
@@ -208,7 +207,7 @@ def _landmarks(counts: NDArray[np.int64], edges: NDArray[np.float64]) -> _Landma
     inner = np.flatnonzero((smooth[1:-1] >= smooth[:-2]) & (smooth[1:-1] > smooth[2:])) + 1
     peaks = inner[smooth[inner] >= _FREQUENT * smooth.max()] if len(inner) else inner
     tissue = float(centers[end + 1 + int(peaks[-1])]) if len(peaks) else middle
-    # Anything else would turn the scale of HU around.
+    # Otherwise the HU scale would be reversed.
     tissue = max(tissue, float(centers[start]) + 0.05 * (last - first))
     # A bin or more above the background, as places must not coincide.
     whole = np.cumsum(counts) / counts.sum()
@@ -243,7 +242,7 @@ MAP_STOPS = 9  # number of stops of a colour TF made from a map: as many as a us
 
 def map_colors(name: str, count: int) -> NDArray[np.float64]:
     """Return colours (count, 3), in [0, 1], spread evenly over a map of :data:`COLOR_MAPS`."""
-    # Imported here: the window is to start without it.
+    # Imported here to keep the window's start fast.
     from cmap import Colormap
 
     colors = Colormap(COLOR_MAPS[name])(np.linspace(0.0, 1.0, count))

@@ -14,12 +14,12 @@ from model.scene.transfer_function import OpacityTF, Range
 from model.scene.volume import Volume
 
 GRID = 64  # largest number of voxels per axis
-STRAY = 0.0005  # of the opacity that may lie beyond each plane of a shown box: specks
-LEAST_OPACITY = 0.005  # part of the largest opacity from which on a voxel counts as shown
-LEAST_RAY = 0.1  # opacity from which on a ray counts as showing what it passes
-SHOWS = 0.8  # opacity at which the median ray ends through what is made visible
-MOST_RAISE = 12  # doublings of an opacity at most
-LEVELS = 2048  # scalar values that are distinguished, eight per bin of a TF
+STRAY = 0.0005  # share of the opacity beyond each plane of a shown box: specks
+LEAST_OPACITY = 0.005  # share of the largest opacity from which a voxel counts as shown
+LEAST_RAY = 0.1  # opacity from which a ray counts as showing its voxels
+SHOWS = 0.8  # opacity of the median ray after raising a TF
+MOST_RAISE = 12  # most doublings of an opacity
+LEVELS = 2048  # distinguished scalar values, eight per bin of a TF
 _OPAQUE = 1 - 1e-6
 
 
@@ -28,9 +28,9 @@ class ThinnedVolume:
     """Every n-th voxel of a volume along each axis."""
 
     levels: NDArray[np.uint16]
-    """Scalar values as :data:`LEVELS` even steps over the scalar range, so that a TF is evaluated
-    once for each of these; hidden voxels have :data:`LEVELS` itself, which is transparent. Shape
-    (nz, ny, nx)."""
+    """Scalar values in :data:`LEVELS` even steps over the scalar range, so that a TF is evaluated
+    once per step; hidden voxels have :data:`LEVELS` itself, which is transparent. Shape (nz, ny,
+    nx)."""
     scalar_range: Range
     steps: tuple[float, ...]  # between voxels along z, y and x, in the volume's voxel sizes
 
@@ -53,7 +53,7 @@ class ThinnedVolume:
         return np.concatenate([rays.ravel() for rays in self._rays(opacity)])
 
     def made_visible(self, opacity: OpacityTF) -> OpacityTF:
-        """Raise the opacities by one factor, until half of the rays that they meet end at .8."""
+        """Raise the opacities by one factor until the median of the rays that they meet is .8."""
         rays = self.ray_opacities(opacity)
         met = rays > 0.05 * max(float(rays.max()), 1e-9)
         low, high = 0.0, float(MOST_RAISE)
@@ -66,7 +66,7 @@ class ThinnedVolume:
         return raised(opacity, 2.0**high)
 
     def shown_box(self, opacity: OpacityTF) -> CropBox:
-        """Return a box around what an opacity TF shows but a few stray voxels; all for nothing."""
+        """Return a box around a TF's visible voxels, without stray ones; all if none is."""
         voxels = self._of_levels(opacity)[self.levels]
         if not voxels.sum() > 0:
             return CropBox()
@@ -74,7 +74,7 @@ class ThinnedVolume:
         for axis in (2, 1, 0):
             profile = voxels.sum(axis=tuple(a for a in range(3) if a != axis))
             shares = np.cumsum(profile) / profile.sum()
-            # One voxel more on each side: what lies between two is not known.
+            # One voxel more on each side, as the surface may be between two.
             first = int(np.searchsorted(shares, STRAY)) - 1
             last = int(np.searchsorted(shares, 1 - STRAY)) + 2
             low.append(max(first, 0) / len(profile))
@@ -82,11 +82,11 @@ class ThinnedVolume:
         return CropBox((low[0], low[1], low[2]), (high[0], high[1], high[2]))
 
     def shown_points(self, opacity: OpacityTF) -> NDArray[np.float64]:
-        """Return places (n, 3) around what an opacity TF shows: the ends of each row along x.
+        """Return points (n, 3) around an opacity TF's visible voxels: the ends of rows along x.
 
-        They are fractions of the volume's lengths along x, y and z, without stray voxels: within
-        :meth:`shown_box`; the volume's corners where the TF shows nothing. A voxel is shown if it
-        is not transparent, and lies in rays along at least two axes that are not, either.
+        They are fractions of the volume's lengths along x, y and z, within :meth:`shown_box`; the
+        volume's corners if the TF shows nothing. A voxel is visible if it, and rays along at least
+        two axes through it, are not transparent.
         """
         box = self.shown_box(opacity)
         voxels = self._of_levels(opacity)[self.levels]
@@ -115,7 +115,7 @@ class ThinnedVolume:
 
 
 def _at_edges(rows: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Least number of the up to four rows (z, y) that meet at each of their edges along x."""
+    """Minimum over the up to four rows (z, y) that share an edge along x."""
     padded = np.pad(rows, 1, constant_values=np.inf)
     along_z = np.minimum(padded[:-1], padded[1:])
     return np.minimum(along_z[:, :-1], along_z[:, 1:])

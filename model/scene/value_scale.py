@@ -1,8 +1,7 @@
-"""The scale of the scalar axis: a volume's values as they are, or their decimal logarithm.
+"""The scale of the scalar axis: a volume's values, or their decimal logarithms.
 
-On a logarithmic scale the voxels that are rendered, TFs, scalar ranges and histograms all lie over
-the logarithm, so that renderers, derivatives and models need not know of it. Whatever shows a value
-to people, or takes one from them, converts it by this module.
+On a logarithmic scale voxels, TFs, scalar ranges and histograms are all logarithms, so that
+renderers, derivatives and models need no special case. This module converts values for users.
 """
 
 from __future__ import annotations
@@ -15,53 +14,53 @@ from numpy.typing import ArrayLike, NDArray
 
 from model.scene.distribution import Distribution
 
-ValueScale = Literal["linear", "log"]  # values as they are, or their decimal logarithm
+ValueScale = Literal["linear", "log"]  # values, or their decimal logarithms
 
 SCALE_NAMES: dict[ValueScale, str] = {
     "linear": "the values as they are",
     "log": "the logarithm of the values",
 }
-"""What lies along the axis, for sentences."""
+"""Names of the axis's values, for sentences."""
 
 LOGARITHM_OFFER = (
     "nearly all values lie in the lowest hundredth of their range, and a logarithmic scale would "
     "spread them out"
 )
-"""Why a logarithmic scale is offered; see :func:`suits_logarithm`."""
+"""Reason for offering a logarithmic scale; see :func:`suits_logarithm`."""
 
-SMALL_PART = 0.01  # of the range's lower end, where nearly all values must lie for the offer
+SMALL_PART = 0.01  # lower share of the range that must have nearly all values for the offer
 MOST = 0.95  # share of the positive values that counts as nearly all
-FEW_NEGATIVE = 0.01  # share of the voxels that may lie below zero for the offer
+FEW_NEGATIVE = 0.01  # largest share of voxels below zero for the offer
 
 LEAST_RATIO = 30.0
-"""Ratio of large values to small ones, without a hundredth at each end, from which the logarithm
-tells apart more than a narrower range would."""
+"""Ratio of large to small values, without a hundredth at each end, from which the logarithm shows
+more than a narrower range would."""
 
-_FARTHEST = 307.0  # logarithms farther from 0 than this are no floating-point numbers' any more
+_FARTHEST = 307.0  # logarithms farther from 0 overflow
 
 
 def value_at(place: float, scale: ValueScale) -> float:
-    """Return the value, in the data's own units, of a place on a scale."""
+    """Return the value, in the data's units, of a place on a scale."""
     return float(values_at(place, scale))
 
 
 def values_at(places: ArrayLike, scale: ValueScale) -> NDArray[np.float64]:
-    """Return the values, in the data's own units, of places on a scale."""
+    """Return the values, in the data's units, of places on a scale."""
     at = np.asarray(places, dtype=np.float64)
     return at if scale == "linear" else np.power(10.0, np.clip(at, -_FARTHEST, _FARTHEST))
 
 
 def place_of(value: float, scale: ValueScale) -> float:
-    """Return the place on a scale of a value in the data's own units; ValueError if it has none."""
+    """Return the place on a scale of a value in the data's units; ValueError if it has none."""
     return value if scale == "linear" else math.log10(value)
 
 
 def logarithms(
     voxels: NDArray[np.generic], missing: NDArray[np.bool_] | None
 ) -> NDArray[np.floating] | None:
-    """Decimal logarithms of voxels (nz, ny, nx); None where no measured voxel has one.
+    """Decimal logarithms of voxels (nz, ny, nx); None if no measured voxel has one.
 
-    Voxels of zero or below get that of the smallest positive one that is not missing.
+    Voxels of at most zero get that of the smallest positive measured one.
     """
     lowest = math.inf
     for measured in Distribution(voxels, missing).planes():
@@ -79,17 +78,16 @@ def logarithms(
 
 
 def share_without_logarithm(distribution: Distribution) -> float:
-    """Fraction of the voxels that are zero or below, 0 to 1, as far as a sample tells."""
+    """Fraction of the voxels that are at most zero, 0 to 1, estimated from a sample."""
     found, counts = distribution.frequencies
     return float(counts[found.astype(np.float64) <= 0].sum() / counts.sum())
 
 
 def suits_logarithm(distribution: Distribution) -> bool:
-    """Whether a logarithmic scale shows what a linear one cannot.
+    """Whether a logarithmic scale shows more than a linear one.
 
-    It does where nearly all positive values lie in the lowest hundredth of the range and reach
-    over orders of magnitude there, and next to none is negative. Zeros, often what lies around
-    the data, do not count.
+    It does if nearly all positive values are in the lowest hundredth of the range, over orders of
+    magnitude, and hardly any is negative. Zeros, which often surround the data, do not count.
     """
     found, counts = distribution.frequencies
     values = found.astype(np.float64)
@@ -107,9 +105,8 @@ def suits_logarithm(distribution: Distribution) -> bool:
 def logarithmic_ticks(places: tuple[float, float], count: int = 6) -> list[tuple[float, str]]:
     """Choose round values to label between two places on a logarithmic scale.
 
-    Powers of ten where there are three of them, also 2 and 5 times these where there are three,
-    else values that are evenly spaced; each as its place, from 0 at the lower end to 1 at the upper
-    one, and its text.
+    They are powers of ten, or 2 and 5 times these, if there are at least three; else evenly spaced.
+    Each has its place, from 0 at the lower end to 1 at the upper one, and its text.
     """
     lo, hi = places
     powers = np.arange(math.ceil(lo - 1e-9), math.floor(hi + 1e-9) + 1)

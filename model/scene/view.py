@@ -1,4 +1,4 @@
-"""The view: its numbers, camera and upright frames, and where points are in its image.
+"""The view: its numbers, camera and upright frames, and projection of points.
 
 Every renderer takes its camera from :meth:`View.basis`, which is computed in closed form, without a
 cross product with an "up" vector, and is therefore not degenerate at the poles.
@@ -46,7 +46,7 @@ def upright_frame(up: str, front: str = "") -> NDArray[np.float64]:
     y = -axis_direction(front)
     # Adding 0 turns -0 to 0.
     frame = np.stack([np.cross(y, z), y, z]) + 0.0
-    # Each move of the mouse asks for it several times.
+    # Called several times for each move of the mouse.
     frame.flags.writeable = False
     return frame
 
@@ -61,7 +61,7 @@ View distances are given in this unit: at distance 1 the whole volume is in
 view from every direction.
 """
 
-ORTHOGRAPHIC = "orthographic"  # what follows the numbers of such a view where it is written
+ORTHOGRAPHIC = "orthographic"  # follows the numbers of such a view as text
 
 _POLE = 1e-9
 _DECIMALS = 10
@@ -77,8 +77,8 @@ class ViewRange:
     nearest: float = 0.4  # limits of the distance; at 1 the whole volume is in view
     farthest: float = 1.0
     up: str = DEFAULT_UP
-    """The volume's axis that the angles are about, one of :data:`model.scene.view.AXES`: without a
-    roll, it points up in every image."""
+    """The volume's axis of the angles, one of :data:`model.scene.view.AXES`: without roll, it
+    points up in every image."""
 
     def __post_init__(self) -> None:
         axis_direction(self.up)
@@ -113,8 +113,8 @@ class View:
     fills the image; > 0."""
     pan_x: float = 0.0
     pan_y: float = 0.0
-    """Place of the volume's centre in the image, to the right and up from its middle, in halves of
-    the image's shorter side. The picture is moved as a whole, without turning the camera."""
+    """Position of the volume's centre in the image, to the right and up from its middle, in halves
+    of the image's shorter side. The image is shifted without turning the camera."""
     is_orthographic: bool = field(default=False, kw_only=True)
     """Whether all rays are parallel. The plane through the volume's centre has the same size as in
     the perspective view from this distance, and nothing of the volume is in front of the eye."""
@@ -191,7 +191,7 @@ class View:
         return self.with_basis(self.basis() @ frame.T)
 
     def camera_distance(self, radius: float) -> float:
-        """Distance from the centre at which a perspective camera sees it as large, by radius."""
+        """Distance at which a perspective camera sees it at the same size, by radius."""
         return self.distance * FAR_DISTANCE_RADII * radius
 
     def eye_distance(self, radius: float) -> float:
@@ -203,7 +203,7 @@ class View:
         return max(self.eye_distance(radius) - 1.01 * radius, 0.01 * radius)
 
     def half_sides(self, depths: NDArray[np.float64], radius: float = 1.0) -> NDArray[np.float64]:
-        """What half the image's shorter side spans at some distances in front of the eye."""
+        """Length of half the image's shorter side at some distances in front of the eye."""
         centre = np.full_like(depths, self.camera_distance(radius))
         return self.tangent * (centre if self.is_orthographic else depths)
 
@@ -247,15 +247,16 @@ def _sin_cos(degrees: float) -> tuple[float, float]:
     return math.sin(angle), math.cos(angle)
 
 
-NEAREST_DEPTH = 0.01  # in front of the eye that is seen, in bounding-sphere radii
+NEAREST_DEPTH = 0.01  # nearest visible distance in front of the eye, in bounding-sphere radii
 
 _RADIUS = 0.5  # of the bounding sphere, where proportions are lengths relative to its diameter
 
 
 def from_middle(place: tuple[float, float]) -> tuple[float, float]:
-    """Convert a place in an image, as fractions of its square to the right and down.
+    """Convert a position in an image, as fractions of its square to the right and down.
 
     The result is to the right and up from its middle, in halves of the square, as projections are.
+
     """
     x, y = place
     return 2 * x - 1, 1 - 2 * y
@@ -263,10 +264,10 @@ def from_middle(place: tuple[float, float]) -> tuple[float, float]:
 
 @dataclass(frozen=True)
 class Projection:
-    """The camera of a view of a volume, as the renderers have it.
+    """The camera of a view of a volume, as in the renderers.
 
-    Points are fractions of the volume's extent along x, y and z. Places in the image are
-    to the right and up from its middle, in halves of its shorter side.
+    Points are fractions of the volume's extent along x, y and z. Image positions are to the right
+    and up from the middle, in halves of the shorter side.
     """
 
     view: View
@@ -283,13 +284,13 @@ class Projection:
         return self._in_camera(points)[:, 2] / _RADIUS
 
     def places(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the places of points (N, 3) in the image, shape (N, 2)."""
+        """Return the image positions of points (N, 3), shape (N, 2)."""
         camera = self._in_camera(points)
         halves = self.view.half_sides(camera[:, 2:], _RADIUS)
         return camera[:, :2] / halves + (self.view.pan_x, self.view.pan_y)
 
     def half_sides(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return what half the image's side spans at the depth of points, in radii, shape (N,)."""
+        """Return half the image's side at the depth of points, in radii, shape (N,)."""
         return self.view.half_sides(self.depths(points))
 
     def sight(self, point: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -302,7 +303,7 @@ class Projection:
     def points(
         self, places: NDArray[np.float64], distances: NDArray[np.float64]
     ) -> NDArray[np.float64]:
-        """Return the points (..., 3) at places (..., 2), so many radii (...) along their rays."""
+        """Return the points (..., 3) at image positions (..., 2) and distances (...) in radii."""
         right, up, back = self.view.basis()
         x, y = np.moveaxis(View.tangent * (places - (self.view.pan_x, self.view.pan_y)), -1, 0)
         across = x[..., None] * right + y[..., None] * up
@@ -315,7 +316,7 @@ class Projection:
         return np.asarray(self.eye + offsets / self.proportions)
 
     def distances(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return how far from the eye along their rays points (N, 3) lie, in radii, shape (N,)."""
+        """Return the distances from the eye of points (N, 3), in radii, shape (N,)."""
         camera = self._in_camera(points)
         whole = camera[:, 2] if self.view.is_orthographic else np.linalg.norm(camera, axis=1)
         return np.asarray(whole / _RADIUS)
@@ -335,9 +336,9 @@ class Projection:
     def nearest_on(
         self, place: tuple[float, float], start: NDArray[np.float64], end: NDArray[np.float64]
     ) -> float | None:
-        """Position along a line whose image is nearest to a place: 0 at the start, 1 at the end.
+        """Position along a line nearest to an image position: 0 at the start, 1 at the end.
 
-        None if the line cannot be seen, or only as a point.
+        None if the line is invisible, or only a point.
         """
         part = self.seen_part(start, end)
         if part is None:
@@ -365,10 +366,10 @@ class Projection:
 def holding(
     point: NDArray[np.float64], place: NDArray[np.float64], view: View, proportions: Triple
 ) -> View:
-    """Pan a view so that a point is at a place in the image, if it is in front of the eye.
+    """Pan a view to bring a point to an image position, if it is in front of the eye.
 
-    The point (3,) is in fractions of the volume's extent along x, y and z; the place (2,) is to the
-    right and up from the image's middle, in halves of its shorter side.
+    The point (3,) is in fractions of the volume's extent; the position (2,) is to the right and up
+    from the image's middle, in halves of its shorter side.
     """
     projection = Projection(view, proportions)
     if projection.depths(point[None])[0] < NEAREST_DEPTH:

@@ -1,7 +1,7 @@
-"""The volume: a scalar field on a regular grid, and quantities derived from it.
+"""The volume: a scalar field on a regular grid, with derived quantities.
 
-A volume over another range, on another scale or with missing voxels drawn shares what was computed
-of it, so all of this is in one module.
+Volumes over other ranges or scales, or with missing voxels drawn, share derived quantities, so all
+of this is in one module.
 """
 
 from __future__ import annotations
@@ -28,40 +28,40 @@ ChoiceKind = Literal["series", "array", "time", "channel", "component"]  # of se
 class Content:
     """One of the volumes that a file or folder holds."""
 
-    kind: ChoiceKind  # what sets it apart from the others of the same kind
+    kind: ChoiceKind  # its name among the others of the same kind
     name: str  # the file's own name of it, or its number among those of its kind, from 0
     dimensions: tuple[int, ...]  # number of voxels along x, y and z
     scalar_type: str  # NumPy's name of the type, for example ``"uint16"``
     nbytes: int  # size of the voxels, uncompressed
-    is_read: bool = False  # whether it is the one that was read
+    is_read: bool = False  # whether it was read
 
 
 @dataclass(frozen=True)
 class Label:
-    """A value of a volume of labels, with what it stands for; name and colour may be unknown."""
+    """A value of a volume of labels with its meaning; name and colour may be unknown."""
 
     value: int
     name: str = ""
     color: tuple[float, float, float] | None = None  # red, green and blue, 0 to 1
-    number: int | None = None  # the file's, where the value is another
+    number: int | None = None  # the file's value, if different
 
 
 @dataclass(frozen=True)
 class FileFacts:
-    """Facts from the file of a volume; each is empty where the file is silent."""
+    """Properties of a volume's file; each is empty if unknown."""
 
     format: str = ""  # name of the format, for example ``"NIfTI-1"``
     spacing_unit: str = ""  # unit of spacing and origin, for example ``"mm"``
     directions: tuple[tuple[float, float, float], ...] = ()  # unit vectors of x, y and z
-    space: str = ""  # where its axes point in the patient, such as ``"LPS"``; or empty
-    contents: tuple[Content, ...] = ()  # all that a file with several volumes holds
-    is_labels: bool = False  # whether the file says that values are labels, nothing between them
+    space: str = ""  # directions of its axes in the patient, such as ``"LPS"``; or empty
+    contents: tuple[Content, ...] = ()  # all volumes of a file with several
+    is_labels: bool = False  # whether the file declares values as labels
     labels: tuple[Label, ...] = ()  # those that the file names or colours
-    stretch: float = 1.0  # factor by which z is drawn longer than the file says: units may differ
+    stretch: float = 1.0  # factor by which z is stretched, as units may differ
 
     @property
     def label_numbers(self) -> dict[int, int] | None:
-        """The file's numbers of labels by their values, where they differ; None for no labels."""
+        """The file's numbers of labels by value, if they differ; None for no labels."""
         own = {each.value: each.number for each in self.labels if each.number is not None}
         return own if self.is_labels else None
 
@@ -84,31 +84,29 @@ class Volume:
     """
 
     voxels: NDArray[np.generic]
-    """Finite values of any real numeric type, x fastest, native byte order; as the file has them.
-    Renderers interpolate between them, and clamp to the scalar range afterwards. Shape (nz, ny,
-    nx)."""
+    """Finite values of any real numeric type, x fastest, native byte order, as in the file.
+    Renderers interpolate them, and clamp to the scalar range afterwards. Shape (nz, ny, nx)."""
     spacing: Triple = (1.0, 1.0, 1.0)  # distance between voxel centres along x, y and z, each > 0
     origin: Triple = (0.0, 0.0, 0.0)  # position of the centre of voxel (0, 0, 0)
     name: str = "volume"  # display name, usually the file's stem
     units: str = ""  # unit of the scalars, empty when unknown
-    notes: tuple[str, ...] = field(default=())  # on what the reader changed, for the user
-    up: str = ""  # axis that points up, to a patient's head, such as ``"+z"``; empty when unknown
+    notes: tuple[str, ...] = field(default=())  # on changes by the reader, for the user
+    up: str = ""  # axis that points up, such as ``"+z"`` (a patient's head); empty if unknown
     axis_labels: tuple[str, ...] = field(default=())
     """The patient's direction (R, L, A, P, S or I) that each of :data:`~model.scene.view.AXES`
     points to; empty when unknown."""
-    file: FileFacts = field(default=FileFacts())  # what the volume's file says beyond its voxels
+    file: FileFacts = field(default=FileFacts())  # metadata of the volume's file
     chosen_range: Range | None = None  # a scalar range other than that of the voxels, see `over`
     missing: NDArray[np.bool_] | None = None
-    """True where nothing was measured; None where every voxel was. The voxels there are finite
-    numbers that mean nothing: no range, histogram, statistic or TF has them, and they are
-    transparent, see :attr:`hidden`. An array without True becomes None. Shape (nz, ny, nx)."""
+    """True for voxels without a measurement; None if there are none. Their finite values are
+    ignored by ranges, histograms, statistics and TFs, and they are transparent, see :attr:`hidden`.
+    An array without True becomes None. Shape (nz, ny, nx)."""
     draws_missing: bool = False
-    """Whether missing voxels are drawn all the same, as the numbers that are stored there; see
-    :meth:`drawing_missing`."""
+    """Whether missing voxels are drawn with their stored numbers, see :meth:`drawing_missing`."""
     scale: ValueScale = "linear"
-    """It is "log" where the voxels are the logarithms of those of `linear`, see :meth:`on_scale`.
-    All that is said of voxels and ranges then holds on that scale."""
-    stored: Volume | None = None  # the same volume as it was read, of one whose scale is "log"
+    """"log" if the voxels are the logarithms of those of `linear`, see :meth:`on_scale`. Voxels and
+    ranges are then on that scale."""
+    stored: Volume | None = None  # the linear volume of one whose scale is "log"
 
     def __post_init__(self) -> None:
         voxels = self.voxels
@@ -154,9 +152,9 @@ class Volume:
     def over(self, scalar_range: Range, scale: ValueScale | None = None) -> Volume:
         """Return the same volume over another scalar range, and on another scale on demand.
 
-        TFs then lie over that range, and values beyond it look as those at its ends do. The voxels
-        are shared, and so is what was computed of them, such as the fingerprint. Raises
-        :class:`VolumeError` when the range does not increase or holds none of the voxels' values.
+        TFs then have that range; values beyond it look like those at its ends. Voxels and derived
+        quantities, such as the fingerprint, are shared. Raises :class:`VolumeError` if the range
+        does not increase or contains no voxel's value.
         """
         if scale is not None and scale != self.scale:
             return self.on_scale(scale).over(scalar_range)
@@ -170,16 +168,15 @@ class Volume:
 
     @property
     def linear(self) -> Volume:
-        """The volume with its values as they are in the file, whatever its scale is."""
+        """The volume on the linear scale, with the file's values."""
         return self.stored or self
 
     def on_scale(self, scale: ValueScale) -> Volume:
         """Return the same volume on another scale, over the range of all its voxels.
 
-        On a logarithmic one the voxels are floating-point numbers: the decimal logarithms of the
-        values. Zero and what lies below it have none; they look as the smallest positive voxel
-        does, at the range's start. Raises :class:`VolumeError` when no two different values have a
-        logarithm.
+        On a logarithmic one the voxels are decimal logarithms as floats. Values of at most zero
+        look like the smallest positive voxel, at the range's start. Raises :class:`VolumeError` if
+        fewer than two values have a logarithm.
         """
         if scale == self.scale:
             return self
@@ -208,9 +205,9 @@ class Volume:
             ) from None
 
     def drawing_missing(self, drawn: bool) -> Volume:
-        """Return the same volume with missing voxels drawn, as what is stored there, or not.
+        """Return the same volume with missing voxels drawn with their stored numbers, or not.
 
-        Range, histogram and statistics remain those of what was measured.
+        Range, histogram and statistics remain those of the measured voxels.
         """
         volume = copy.copy(self)
         object.__setattr__(volume, "draws_missing", drawn)
@@ -218,7 +215,7 @@ class Volume:
 
     @property
     def hidden(self) -> NDArray[np.bool_] | None:
-        """Voxels that are transparent whatever the TF is, as :attr:`missing`; None without any."""
+        """Voxels that are transparent under any TF, like :attr:`missing`; None without any."""
         return None if self.draws_missing else self.missing
 
     @cached_property
@@ -237,20 +234,20 @@ class Volume:
 
     @property
     def data_range(self) -> Range:
-        """Smallest and largest voxel that is not missing, on the volume's scale."""
+        """Smallest and largest measured voxel, on the volume's scale."""
         return self.distribution.range
 
     @property
     def scalar_range(self) -> Range:
-        """Range over which TFs lie: that of the voxels, or another one, see :meth:`over`."""
+        """Range of TFs: that of the voxels, or another one, see :meth:`over`."""
         return self.chosen_range or self.data_range
 
     @cached_property
     def scalars(self) -> NDArray[np.generic]:
         """Voxels clamped to the scalar range, of the same type and shape (nz, ny, nx).
 
-        Not to be interpolated: between a voxel and one beyond the range, clamped before, values
-        would lie elsewhere. The voxels themselves, without a copy, where none lies beyond it.
+        Do not interpolate these: clamping comes after interpolation. Returns the voxels themselves
+        if none is beyond the range.
         """
         lo, hi = self.scalar_range
         lowest, highest = self.data_range
@@ -293,22 +290,22 @@ class Volume:
 
     @property
     def voxel_size(self) -> float:
-        """Geometric mean of the spacing: unit of sample distances, and of a TF's opacities."""
+        """Geometric mean of the spacing: unit of sample distances and of a TF's opacities."""
         return math.prod(self.spacing) ** (1 / 3)
 
     @cached_property
     def distribution(self) -> Distribution:
-        """Distribution over scalar values of the voxels that are not missing."""
+        """Distribution of the measured voxels over scalar values."""
         return Distribution(self.voxels, self.missing)
 
     def histogram(
         self, bins: int = 256, beyond: bool = False
     ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-        """Count voxels per scalar value, over the scalar range, without those that are missing.
+        """Count measured voxels per bin of scalar values.
 
-        There are so many equal bins over the range; fewer where the voxels are whole numbers, as
-        each then holds equally many. Beyond the range, there may be up to so many on each side.
-        Returns counts (n,) and edges (n + 1,), in the data's own units.
+        There are at most this many equal bins over the range, fewer for whole numbers, as each then
+        contains equally many; and at most as many on each side beyond it. Returns counts (n,) and
+        edges (n + 1,), in the data's units.
         """
         edges = self.distribution.edges(self.scalar_range, bins, beyond)
         return self.distribution.histogram(edges), edges
@@ -358,12 +355,12 @@ class Volume:
 
     @property
     def series(self) -> tuple[object, ...]:
-        """Marks that the time steps of one simulation or scan have in common, for comparison."""
+        """Properties that the time steps of a simulation or scan share, for comparison."""
         return self.dimensions, re.sub(r"[\d\W_]+", "", self.name)
 
     @cached_property
     def fingerprint(self) -> str:
-        """SHA-256 of the voxels, their type, shape and spacing, and of which are missing."""
+        """SHA-256 of the voxels, their type, shape and spacing, and the missing ones."""
         if self.stored is not None:
             return self.stored.fingerprint
         digest = hashlib.sha256()
@@ -377,9 +374,9 @@ class Volume:
 
 
 def is_resolved(scalar_range: Range) -> bool:
-    """Return True if a TF's 256 bins over a range are different floating-point numbers.
+    """Return True if a TF's 256 bins over a range are distinct floating-point numbers.
 
-    They are not where the range is narrow and far from 0, nor close to the smallest numbers.
+    They are not if the range is narrow and far from 0, or close to the smallest numbers.
     """
     lo, hi = scalar_range
     bin_width = (hi - lo) / 256
