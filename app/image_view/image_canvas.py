@@ -129,11 +129,14 @@ class ImageCanvas(KeyedWidget):
 
     @property
     def picture_rect(self) -> QRect:
-        """Largest rectangle in the middle of the image's shape; the canvas without an image."""
-        if self.image is None:
+        """Place of the image, whose square is as large as can be; the canvas without an image.
+
+        An image from before the canvas became narrower reaches beyond it, and moves nothing.
+        """
+        if self.image is None or self.image.isNull():
             return self.rect()
-        size = self.image.size().scaled(self.size(), Qt.AspectRatioMode.KeepAspectRatio)
-        return _centred(size, self.rect())
+        size, side = self.image.size(), min(self.width(), self.height())
+        return _centred(size * (side / min(size.width(), size.height())), self.rect())
 
     @property
     def pixels(self) -> tuple[int, int]:

@@ -19,7 +19,7 @@ from PySide6.QtGui import (
     QResizeEvent,
     QWheelEvent,
 )
-from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QBoxLayout, QHBoxLayout, QVBoxLayout, QWidget
 
 from app import theme
 from app.caption_button import CaptionButton
@@ -390,10 +390,10 @@ class SlicesColumn(QWidget):
         self.where.setProperty("role", "dim")
         foot = fill(QHBoxLayout(), self.button, margins=(4, 2, 6, 2), spacing=6)
         foot.addLayout(fill(QVBoxLayout(), self.value, self.where), 1)
-        column = fill(QVBoxLayout(self), spacing=1)
-        for view in self.views:
-            column.addWidget(view, 1)
-        column.addLayout(foot)
+        self._rows, lower = QBoxLayout(QBoxLayout.Direction.TopToBottom), QVBoxLayout()
+        self._rows.addWidget(self.views[0], 1)
+        self._rows.addLayout(fill(lower, *self.views[1:], spacing=1), 2)
+        fill(QVBoxLayout(self), fill(self._rows, spacing=1), foot, spacing=1)
         state.changed.connect(self.refresh)
         state.viewer.inputsChanged.connect(state.viewer.calm.soon(self.refresh))
         state.viewer.navigationChanged.connect(self.refresh)
@@ -403,6 +403,13 @@ class SlicesColumn(QWidget):
     def is_large(self) -> bool:
         """Whether a single slice is shown."""
         return any(view.isHidden() for view in self.views)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Put the other slices to the right of the first, where all become larger by that."""
+        super().resizeEvent(event)
+        is_wide, directions = 3 * self.width() > 2 * self.height(), QBoxLayout.Direction
+        self._rows.setDirection(directions.LeftToRight if is_wide else directions.TopToBottom)
+        self._rows.setStretch(1, 1 if is_wide else 2)
 
     def _enlarge(self, view: SliceView) -> None:
         was_large = self.is_large

@@ -6,20 +6,21 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 
+import numpy as np
 from PySide6.QtCore import QObject, Signal
 
 from app.engines.background import LatestCall
 from app.state.sensitivity_state import SensitivityState
 from app.state.viewer_state import EMPTY_TF, ViewerState
 from model.errors import TfscopeError
-from model.rendering.pieces import Piece, pieces_under
+from model.rendering.pieces import Piece, pieces_at, pieces_under
 from model.rendering.scale_bar import volume_text
 from model.scene.inputs import SceneInputs
 from model.scene.view import from_middle
-from model.scene.volume import Volume
+from model.scene.volume import Triple, Volume
 
 SEEKING = "What is connected to this place is still sought."
-NO_PIECE = "There is no piece to be taken. Click one in an image first."
+NO_PIECE = "There is no piece to be taken. Click one in an image or a slice first."
 
 
 class PieceFinder(QObject):
@@ -38,8 +39,9 @@ class PieceFinder(QObject):
         super().__init__(parent)
         self._state, self._asked, self._volume, self._say = state, asked, volume, say
         self.pieces: tuple[Piece, ...] = ()
+        self._waits: bool | None = None  # whether what is sought is to be shown alone, or cut away
         self._wanted: tuple[Volume, SceneInputs, tuple[float, float]] | None = None
-        self._call = LatestCall("pieces", self, self._take, lambda _text: self._take(()))
+        self._call = LatestCall("pieces", self, self._take, self._refuse)
         self.stop, self.join = self._call.stop, self._call.join
         asked.changed.connect(self._follow)
         state.inputsChangeFinished.connect(self._ask)
@@ -54,7 +56,15 @@ class PieceFinder(QObject):
         if number >= len(self.pieces):
             self._say(SEEKING if self._call.is_awaited else NO_PIECE)
             return
-        piece = self.pieces[number]
+        self._mask_by(self.pieces[number], alone)
+
+    def take_at(self, place: Triple, alone: bool) -> None:
+        """Show the piece at a place alone, or all but it, as soon as it is found."""
+        if (volume := self._volume()) is not None:
+            self._wanted, self._waits = None, alone
+            self._call.ask(partial(pieces_at, volume, self._state.inputs, np.array(place)))
+
+    def _mask_by(self, piece: Piece, alone: bool) -> None:
         try:
             mask = piece.left(self._state.mask_input.value, alone)
         except TfscopeError as error:
@@ -85,7 +95,16 @@ class PieceFinder(QObject):
             if wanted is not None:
                 self._call.ask(partial(pieces_under, *wanted))
 
+    def _refuse(self, text: str) -> None:
+        if self._waits is not None:
+            self._say(text)
+        self._take(())
+
     def _take(self, pieces: tuple[Piece, ...]) -> None:
+        waits, self._waits = self._waits, None
+        if waits is not None and pieces:
+            self._mask_by(pieces[0], waits)
+            return
         if pieces != self.pieces:
             self.pieces = pieces
             self.changed.emit()

@@ -200,7 +200,8 @@ class FigureSaving(QObject):
             found[which] = image.width(), image.height()
             if pane.engine == "exact":
                 # An image under refinement has fewer pixels than the final one.
-                whole = pane.canvas.picture_rect.size() * pane.canvas.devicePixelRatioF()
+                there = pane.canvas.picture_rect & pane.canvas.rect()
+                whole = there.size() * pane.canvas.devicePixelRatioF()
                 found[which] = max(found[which], (whole.width(), whole.height()))
         if compares and len(found) == 2:
             width, height = found["reference"]

@@ -215,8 +215,8 @@ class Files(QObject):
 
     def _take_mask(self, labels: LabelMap, count: int, mask: Mask | None) -> None:
         self._context.state.mask_input.set(mask, f"open {labels.name}")
-        of_all = f": {count} of {len(labels.values)} labels" if len(labels.values) > 1 else ""
-        self._status.say(f"{labels.name} is the mask{of_all}.")
+        of_all = f"{count} of {len(labels.values)} labels of " if len(labels.values) > 1 else ""
+        self._status.say(f"Only voxels in {of_all}{labels.name} are shown.")
 
     def save_mask(self) -> None:
         """Ask for a file and write the mask to it."""
@@ -271,6 +271,7 @@ class Files(QObject):
             self._workspace.opening.open(opened.path, Wanted(layout, choice, memory=memory))
 
     def _fail(self, text: str) -> None:
+        self._status.say("")  # nothing is read any more
         self._context.fail(text, KEY)
 
     def _read(self, path: Path, choice: Choice | None, wanted: Wanted) -> None:

@@ -311,7 +311,7 @@ class MainWindow(WindowParts):
         self._b_returns = False
         volume = opened.volume
         self.files.remember_layout()
-        self.scene_notices.start_volume()
+        self.scene_notices.start_volume(volume)
         shape = " × ".join(str(n) for n in volume.dimensions)
         self.setWindowTitle(f"{volume.name} ({shape}) – tfscope")
         self.top_bar.volume.set_title(volume.name)

@@ -142,7 +142,9 @@ class Menus:
         def is_alone() -> bool:
             return panes.shown == shown
 
-        show = lambda: panes.show_images("both" if is_alone() else shown)  # noqa: E731
+        def show() -> None:
+            panes.shown = "both" if is_alone() else shown
+
         self._add(menu, "Show alone", show, is_on=is_alone)
 
         def offer() -> None:
@@ -166,7 +168,8 @@ class Menus:
             if has_only_b():
                 self._toggle_b()
             elif self._two_follow():
-                panes.toggle_compare() if panes.can_compare else panes.show_images("both")
+                # Who wants one image wants the true one.
+                panes.shown = "both" if len(panes.images) < 2 else "reference"
             refresh()
 
         def show_difference() -> None:
@@ -175,7 +178,7 @@ class Menus:
                 self._toggle_b()
             wanted = wanted and (tf_input.compares or self._two_follow())
             if wanted and not tf_input.compares and len(panes.images) < 2:
-                panes.show_images("both")
+                panes.shown = "both"
             difference.setChecked(wanted)
             error.set_wanted(wanted)
 
@@ -326,7 +329,7 @@ class Menus:
         slices = window.slices
         self._add(menu, "S&lices", slices.toggle, "S", is_on=lambda: slices.is_shown)
         for text, key, alone in (("Isolate pie&ce", "I", True), ("Cut piece awa&y", "X", False)):
-            take = partial(workspace.pieces.take, 0, alone)
+            take = partial(slices.take_piece, alone)
             self._add(menu, text, take, key, of=window.images_and_slices)
         self._add(menu, "Show all &voxels", state.show_all_voxels, is_there=self._has_mask)
         for overlay, text, keys in OVERLAYS:

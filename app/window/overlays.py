@@ -115,7 +115,8 @@ class Overlays(QObject):
 
     def _paint(self, pane: EnginePane, painter: QPainter, _square: QRect) -> None:
         state, subject = self._state, self.subject
-        marks = Marks.over(painter, pane.canvas.picture_rect, self.background)
+        there = pane.canvas.picture_rect & pane.canvas.rect()
+        marks = Marks.over(painter, there, self.background)
         if marks is None:
             return
         if self.has("legend") and pane.canvas is self._right:

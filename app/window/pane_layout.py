@@ -27,12 +27,12 @@ class PaneLayout(QSplitter):
 
     is_browsing = Painted(False, "_update")  # with the latent browser in the generator's place
     has_model = Painted(False, "_update")  # whether a generator's image could be shown
+    shown = Painted[Shown]("both", "_update")  # the images that the user wants to see
 
     def __init__(self, browser: LatentBrowser, panes: Sequence[EnginePane]) -> None:
         super().__init__(Qt.Orientation.Horizontal)
         self._browser, self._panes = browser, panes
         self._generator, self._reference, self._pane_b = panes
-        self.shown: Shown = "both"  # the user's choice of images
         self.compares = False  # whether B is shown; then the latent browser is not
         self._was_browsing = self._wipes = False
         # Images touch: Qt reacts to the mouse some pixels next to the line, too.
@@ -73,18 +73,6 @@ class PaneLayout(QSplitter):
             self._update()
             if not self.is_browsing:
                 self.setSizes([1000 * (not each.isHidden()) for each in self._in_order()])
-
-    def toggle_compare(self) -> None:
-        """Show the left image alone, or both."""
-        if len(self.images) > 1:
-            self.show_images("generator" if self.images[0] is self._generator else "reference")
-        else:
-            self.show_images("both")
-
-    def show_images(self, shown: Shown) -> None:
-        """Show both images, or one of them alone."""
-        self.shown = shown
-        self._update()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Keep the latent browser's squares as high as the images."""

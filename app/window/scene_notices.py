@@ -21,6 +21,7 @@ from model.scene.value_scale import LOGARITHM_OFFER, suits_logarithm
 from model.scene.volume import Volume
 
 NARROW, LIGHT, OFFER, LABELS = "narrow part of the TF", "light", "logarithmic scale", "labels"
+GAPS = "is used for all"  # in a reader's notes on slices that are missing or uneven
 """Keys of the notices."""
 
 
@@ -41,10 +42,11 @@ class SceneNotices(QObject):
             pane.channel.answered.connect(partial(self._judge_image, pane))
             pane.client.stateChanged.connect(partial(self._follow_pane, pane))
 
-    def start_volume(self) -> None:
-        """Forget notices of the previous volume, before the TF is set."""
+    def start_volume(self, volume: Volume) -> None:
+        """Forget the previous volume's notices, before the TF is set; warn of missing slices."""
         self._narrow = None
         self._notices.clear(LIGHT)
+        self._notices.add(" ".join(note for note in volume.notes if GAPS in note), key=GAPS)
 
     def _judge_tf(self, tf: TransferFunction) -> None:
         found = narrow_part(tf.opacity, tf.color)

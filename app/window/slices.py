@@ -64,6 +64,14 @@ class Slices(QObject):
             self._context.preferences.set(slices=not self.is_shown)
             self._set_shown(not self.is_shown)
 
+    def take_piece(self, alone: bool) -> None:
+        """Show a piece alone, or cut it away: at the cross-hair, if it was put there in a slice."""
+        pieces = self._context.workspace.pieces
+        if any(view.hasFocus() for view in self.areas):
+            pieces.take_at(self.state.place, alone)
+        else:
+            pieces.take(0, alone)
+
     def start_volume(self, opened: OpenedVolume) -> None:
         """Show another volume, with its remembered cross-hair and slices."""
         known, before = self._context.preferences.volume(opened.fingerprint), self.state.volume

@@ -87,9 +87,7 @@ class WindowMemory(QObject):
         values = self._preferences.settings
         if values.swapped != self._panes.is_swapped:
             self._panes.swap()
-        shown = IMAGES.get(values.hidden_panes)
-        if shown is not None:
-            self._panes.show_images(shown)
+        self._panes.shown = IMAGES.get(values.hidden_panes, self._panes.shown)
 
     def note_panes(self) -> None:
         """Remember which images are shown."""

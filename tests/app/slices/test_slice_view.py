@@ -132,6 +132,15 @@ def test_a_double_click_makes_one_large_and_leaves_the_cross_hair(window):
         assert (window.slices.column.width() > small) == is_large
 
 
+def test_a_wide_column_has_slices_next_to_each_other(window):
+    column, (level, front, side) = window.slices.column, views(window)
+    for width in (600, 300):
+        column.setFixedSize(width, 600)
+        QTest.qWait(0)
+        assert (level.x() < front.x() == side.x()) == (width == 600)
+        assert front.y() < side.y() and (level.height() > 300) == (width == 600)
+
+
 def test_zoom_pan_and_window_of_gray_by_the_mouse(window):
     view = views(window)[0]
     point, whole = at(window, view, 1, 1, 0), at(window, view, 3, 4, 0) - at(window, view, 0, 0, 0)

@@ -135,12 +135,12 @@ def test_figures_of_both_images_begin_as_the_screen_and_wait_for_both(
     window.image_error.set_wanted(False)
     choices = "both", "difference", "generator", "reference"
     for shown in choices[2:]:
-        window.panes.show_images(shown)
+        window.panes.shown = shown
         window.saving.ask()
     assert [(one.which, one.legend, one.scale_bar) for one in begun] == [
         (which, which != "both", which != "both") for which in choices
     ]
-    window.panes.show_images("both")
+    window.panes.shown = "both"
     for which in choices[:3]:
         place = tmp_path / f"{which}.png"
         window.saving.draw(FigureChoice(404, 200, (0, 0, 0), which=which), place)

@@ -119,6 +119,19 @@ def test_a_piece_is_shown_alone_or_cut_away_and_each_is_one_edit(qtbot, window):
     assert is_left(shown(window))
 
 
+def test_keys_in_a_slice_take_the_piece_at_the_cross_hair(qtbot, window):
+    window.slices.toggle()
+    view = window.slices.column.views[0]
+    window.slices.state.move((3 / 11, 0.5, 0.5))
+    view.setFocus()
+    qtbot.waitUntil(view.hasFocus)
+    for key in (Qt.Key.Key_I, Qt.Key.Key_X):
+        QTest.keyClick(view, key)
+        qtbot.waitUntil(lambda: shown(window) is not None, timeout=1000 * PATIENCE_S)
+        assert is_left(shown(window)) == (key == Qt.Key.Key_I)
+        window.state.edits.undo()
+
+
 def test_a_mask_is_there_in_the_next_run_and_in_sessions(
     qtbot, window, builders, tmp_path, monkeypatch
 ):
@@ -194,7 +207,7 @@ def test_labels_of_a_file_are_chosen(qtbot, window, builders, tmp_path):
     qtbot.waitUntil(lambda: window.state.inputs.mask is not None)
     np.testing.assert_array_equal(shown(window), (labels == 1) | (labels == 3))
     assert window.state.edits.stack.undoText() == "open labels"
-    assert window.status.news == "labels is the mask: 2 of 3 labels."
+    assert window.status.news == "Only voxels in 2 of 3 labels of labels are shown."
     # What is shown is checked the next time, and Escape changes nothing.
     again = asked(qtbot, window, tmp_path / "labels.nrrd", labels)
     assert again.chosen == [1, 3]

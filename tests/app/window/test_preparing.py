@@ -278,7 +278,7 @@ def test_a_volume_that_was_seen_in_path_traced_light_opens_in_a_quicker_one(
 def test_the_generators_image_alone_is_as_large_as_its_pane(qtbot, make_window, network):
     window = make_window(size=None)
     window.workspace.reference.choose(lighting="path")
-    window.panes.show_images("generator")
+    window.panes.shown = "generator"
     # What is hidden may have no size.
     window.reference.canvas.resize(0, 100)
 
@@ -290,7 +290,7 @@ def test_the_generators_image_alone_is_as_large_as_its_pane(qtbot, make_window, 
     # Nor has one that has just come, while the other, as large as before, is no longer hidden.
     window.reference.canvas.resize(window.generator.canvas.size())
     window.generator.canvas.resize(0, 100)
-    window.panes.show_images("reference")
+    window.panes.shown = "reference"
     qtbot.waitUntil(lambda: fills(window.reference.canvas))
 
 
@@ -300,7 +300,7 @@ def test_a_model_waits_for_no_image_that_is_out_of_sight(qtbot, make_window):
     # Held back for the reference's image, which is to come first, as at the start.
     model.open(model.folder, model.scene, held=True)
     assert client.text == generator_work.LOADING
-    window.panes.show_images("generator")
+    window.panes.shown = "generator"
     qtbot.waitUntil(lambda: client.is_settled and client.text == "")
 
 

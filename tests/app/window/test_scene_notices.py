@@ -201,3 +201,13 @@ def test_what_is_called_labels_is_shown_as_such_in_one_step(qtbot, make_window, 
     state.set_interpolates(False)
     memory = window.preferences.volume(window.workspace.opened.fingerprint)
     assert memory.interpolates is False
+
+
+def test_missing_slices_are_warned_of_until_another_volume(qtbot, make_window, builders):
+    note = "Slices may be missing: 1 slice; 2.5 mm is used for all distances."
+    builders.volumes["ct"] = replace(make_volume(), notes=("No unit.", note))
+    window = make_window("ct", model=None)
+    assert window.notice.text == note
+    builders.volumes["other"] = replace(make_volume(), name="other")
+    open_volume(qtbot, window, "other")
+    assert window.notice.text == ""

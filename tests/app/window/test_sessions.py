@@ -31,7 +31,7 @@ def change_all(window, tf):
     window.sensitivity_state.keep(120.0, 140.0)
     window.overlays.toggle("legend")
     window.overlays.toggle("cube")
-    window.panes.show_images("reference")
+    window.panes.shown = "reference"
     window.brightness.set(1.5)
     window.brightness.finish()
 
@@ -60,7 +60,7 @@ def test_all_comes_back(qtbot, start_again, builders, volume, tmp_path):
     window.sensitivity_state.release()
     window.sensitivity_state.choose(measure="signed", width=6.0)
     window.overlays.toggle("legend")
-    window.panes.show_images("both")
+    window.panes.shown = "both"
     between = window.sessions.session()
     open_session(qtbot, window, path)
     assert window.sessions.session() == saved

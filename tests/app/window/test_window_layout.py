@@ -147,7 +147,7 @@ def test_what_lies_over_the_images_follows_them(make_window):
     bar.difference.click()
     assert not window.image_error.is_wanted
     action(window, "C").trigger()
-    assert window.panes.images == [window.generator]
+    assert window.panes.images == [window.reference]
     assert not bar.compare.isChecked()
     bar.difference.click()
     assert len(window.panes.images) == 2 and bar.compare.isChecked() and bar.difference.isChecked()
@@ -206,7 +206,7 @@ def test_keys_reach_every_area_and_the_status_line_says_those_under_the_mouse(
     window.top_bar._fold(True)
     assert not window.top_bar.menu_bar.isVisible() and window.top_bar.menus.isVisible()
     QTest.keyClick(canvas, Qt.Key.Key_C)
-    assert window.panes.images == [window.generator]
+    assert window.panes.images == [window.reference]
     assert len([a for a in window.top_bar.menus.actions() if a.menu() is not None]) == 4
     opened = []
     monkeypatch.setattr(window.top_bar, "open_menus", lambda: opened.append(True))
@@ -218,4 +218,4 @@ def test_keys_reach_every_area_and_the_status_line_says_those_under_the_mouse(
     qtbot.waitUntil(window.browser.grid.hasFocus)
     QTest.keyClick(window.browser.grid, Qt.Key.Key_Escape)
     assert window.browser.isHidden()
-    assert window.generator.canvas.hasFocus()
+    assert canvas.hasFocus()
