@@ -169,25 +169,11 @@ def weights_of(alpha):
     return alpha * np.concatenate([np.ones_like(through[..., :1]), through[..., :-1]], axis=-1)
 
 
-def composite(bins, shares, per_sample, color):
-    """Composite samples (..., samples) front to back; return RGBA (..., 4), premultiplied."""
-    weight = weights_of(alphas_of(bins, shares, per_sample))
-    channels = [(weight * at_bins(bins, c)).sum(axis=-1) for c in color.T]
-    return np.stack([*channels, weight.sum(axis=-1)], axis=-1)
-
-
 def depth(rays, per_sample):
     """World distance at which the accumulated opacity reaches 1/255; infinite where never."""
     alpha = alphas_of(rays.bins, rays.shares, per_sample)
     visible = 1 - np.cumprod(1 - alpha, axis=-1) >= 1 / 255
     return np.where(visible, rays.along, np.inf).min(axis=-1)
-
-
-def render(volume, view, opacity, color, size, sample_distance):
-    """Render an unlit image, RGBA (size, size, 4), from TFs of 256 values."""
-    rays = cast(volume, view, size, sample_distance)
-    per_sample = correct(opacity.astype(np.float64), sample_distance)
-    return composite(rays.bins, rays.shares, per_sample, color)
 
 
 def _pixels(raster, view):

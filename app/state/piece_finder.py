@@ -71,9 +71,8 @@ class PieceFinder(QObject):
             self._say(str(error))
             return
         self._state.mask_input.set(mask, "isolate piece" if alone else "cut piece away")
-        space = self.space_of(piece)
-        said = f"Only this piece of {space} is shown."
-        said = said if alone else f"A piece of {space} is cut away."
+        what = f"piece of {self.space_of(piece)}"
+        said = f"Only this {what} is shown." if alone else f"A {what} is cut away."
         self._say(f"{said} Undo or View > Show all voxels shows everything again.")
 
     def _follow(self, what: str) -> None:

@@ -203,7 +203,7 @@ class Preferences(QObject):
         self._volumes: dict[str, KeptFile[VolumeMemory]] = {}
         # By fingerprint, with their file names; and functions that write the new ones.
         self._masks: dict[str, tuple[str, Mask]] = {}
-        self._new_masks: dict[str, Callable[[], None]] = {}
+        self._new_masks: dict[Path, Callable[[], None]] = {}
         self._has_failed = False
         self._pause = Pause(self, PAUSE_MS, self._write)
         self._writing = LatestCall("preferences", self, lambda _done: None, self._fail)
@@ -260,7 +260,7 @@ class Preferences(QObject):
         self._masks[fingerprint] = name, mask
         if self.folder is not None:
             path = self.folder / "volumes" / name
-            self._new_masks[name] = partial(_write_mask, path, mask, volume)
+            self._new_masks[path] = partial(_write_mask, path, mask, volume)
             self._write_soon()
         return name
 
@@ -340,6 +340,8 @@ class Preferences(QObject):
         new, self._new_masks = self._new_masks, {}
         files = [file.unwritten() for file in self._volumes.values()]
         writes = [*new.values(), *filter(None, (self._settings.unwritten(), *files))]
+        # Last: until then a memory may name one of them.
+        writes += [partial(_remove_old_masks, path) for path in new]
 
         def write() -> None:
             for each in writes:
@@ -349,10 +351,7 @@ class Preferences(QObject):
 
 
 def _write_mask(path: Path, mask: Mask, volume: Volume) -> None:
-    """Write a volume's mask unless it exists, and remove masks that were replaced long ago.
-
-    Newer ones may belong to other windows.
-    """
+    """Write a volume's mask unless it exists."""
     # Imported here: a window opens before it reads or writes masks.
     from model.volume_files.masks import write_mask
 
@@ -360,6 +359,10 @@ def _write_mask(path: Path, mask: Mask, volume: Volume) -> None:
         path.touch()
     else:
         write_mask(path, mask, volume)
+
+
+def _remove_old_masks(path: Path) -> None:
+    """Remove masks that one has replaced long ago; newer ones may belong to other windows."""
     start = path.name.partition(".")[0]
     for other in path.parent.glob(f"{start}.*{MASK_END.lstrip('.')}"):
         with suppress(OSError):

@@ -200,7 +200,8 @@ class Workspace(QObject):
         sample = sample_of(volume)
         before, self.opened = self.opened, opened
         self.model.opened = opened
-        memory = self._start_memory(opened, before)
+        is_next = before is not None and before.volume.series == volume.series
+        memory = self._start_memory(opened, is_next)
         self._is_restored = memory.tf is not None
         self.latent.session.start_volume(volume, opened.window)
         if folder != self.model.folder:
@@ -221,9 +222,12 @@ class Workspace(QObject):
         self._note_model()
         # After the engines are set: this requests the images.
         others, tf = vars(memory) | {"mask": opened.mask}, memory.tf
-        tf_input, series = self._state.tf_input, before and before.volume.series
-        if tf_input.compares and series == volume.series and memory.tf_b is None:
-            # The next time step keeps B.
+        tf_input = self._state.tf_input
+        if is_next and wanted.memory is None:
+            # The next time step keeps what is cut away, and B.
+            cuts = {name: self._state.edited[name].value for name in ("crop", "clip", "mask")}
+            others |= {name: value for name, value in cuts.items() if others[name] is None}
+        if is_next and tf_input.compares and memory.tf_b is None:
             look = {"look_b": tf_input.look, "light_b": self._state.edited["light_b"].value}
             others |= {"compares": True, "tf_b": tf_input.of("B")} | look
             tf = tf or tf_input.of("A")
@@ -269,14 +273,13 @@ class Workspace(QObject):
             self._clients.reference.wait(text)
         self.news.emit(text)
 
-    def _start_memory(self, opened: OpenedVolume, before: OpenedVolume | None) -> VolumeMemory:
+    def _start_memory(self, opened: OpenedVolume, is_next: bool) -> VolumeMemory:
         """Show regions and brightness of another volume, and keep its changes from now on."""
         self._kept = ""
         memory, asked = self._preferences.volume(opened.fingerprint), self._asked
         names = [region.name for region in memory.regions]
         active = names.index(memory.active_region) if memory.active_region in names else None
         asked.start_volume(opened.volume.series, memory.regions, active, memory.region_count)
-        is_next = before is not None and before.volume.series == opened.volume.series
         brightness = self._state.brightness
         if memory.brightness is not None or not is_next:
             brightness.start(memory.brightness)

@@ -208,15 +208,14 @@ class Files(QObject):
         LabelsDialog(labels, shown, partial(self._show_labels, labels), self._window).open()
 
     def _show_labels(self, labels: LabelMap, chosen: Collection[float]) -> None:
-        def make() -> Callable[[], object]:
-            return partial(self._take_mask, labels, len(chosen), labels.mask(chosen))
-
-        self._masks.ask(make)
+        take = partial(self._take_mask, labels, len(chosen))
+        self._masks.ask(lambda: partial(take, labels.mask(chosen)))
 
     def _take_mask(self, labels: LabelMap, count: int, mask: Mask | None) -> None:
         self._context.state.mask_input.set(mask, f"open {labels.name}")
         of_all = f"{count} of {len(labels.values)} labels of " if len(labels.values) > 1 else ""
-        self._status.say(f"Only voxels in {of_all}{labels.name} are shown.")
+        only = f"Only voxels in {of_all}{labels.name} are shown."
+        self._status.say(only if mask else f"{labels.name} shows all voxels, so it hides nothing.")
 
     def save_mask(self) -> None:
         """Ask for a file and write the mask to it."""

@@ -19,7 +19,7 @@ from app.state.session import (
     SessionError,
     kept_mask,
 )
-from app.state.settings import ImageSettings, SessionSettings, VolumeMemory, part_of
+from app.state.settings import ImageSettings, SessionSettings, part_of
 from app.state.volume_opening import Wanted
 from app.window.context import VOLUME_FILTER, Context, ask_for_file, ask_for_place, proposed_name
 from app.window.overlays import Overlays
@@ -57,7 +57,7 @@ class Sessions(QObject):
         self._before_path = None if folder is None else folder / BEFORE
         self._awaited: tuple[Path, Session] | None = None
         self._is_before_kept = False
-        self._masks = LatestCall("session", self, lambda _: None, self._fail, at_once=True)
+        self._masks = LatestCall("session", self, context.status.say, self._fail, at_once=True)
         self.join = self._masks.join
 
     def ask_and_save(self) -> None:
@@ -75,32 +75,36 @@ class Sessions(QObject):
             self._fail("There is nothing to save yet. Open a volume first.")
             return
         mask = self._context.state.mask_input.value
-        if self._context.saved(KEY, self._save, path, session, mask, opened.volume):
+        saved = f"Saved {path.absolute()}."
+        save = partial(self._save, path, session, mask, opened.volume, saved)
+        if self._context.done(KEY, save, saved if mask is None else "Writing the mask …"):
             self._preferences.note_recent("sessions", path)
             self._name_window(path.name)
 
-    def _save(self, path: Path, session: Session, mask: Mask | None, volume: Volume) -> None:
-        """Write a session and, next to it, its mask, which may take a while."""
+    def _save(
+        self, path: Path, session: Session, mask: Mask | None, volume: Volume, said: str
+    ) -> None:
+        """Write a session and, next to it, its mask, which may take a while; then say something."""
         # Not the name proposed for a mask that is saved alone.
         name = "" if mask is None else f"{path.name}.mask.nrrd"
-        content = session.content
-        content = replace(content, memory=replace(content.memory, mask=name))
-        replace(session, content=content).save(path)
+        memory = replace(session.content.memory, mask=name)
+        replace(session, content=replace(session.content, memory=memory)).save(path)
         if mask is not None:
             # An earlier one may use the same file, and must be written first.
             self.join()
-            self._masks.ask(partial(write_mask, path.with_name(name), mask, volume))
+
+            def write() -> str:
+                write_mask(path.with_name(name), mask, volume)
+                return said
+
+            self._masks.ask(write)
 
     def session(self) -> Session | None:
         """Return the present session; None without a volume."""
         context, opened = self._context, self._workspace.opened
         if opened is None:
             return None
-        inputs, work, tf_input = (
-            context.state.inputs,
-            self._workspace.reference,
-            context.state.tf_input,
-        )
+        state, work, tf_input = context.state, self._workspace.reference, context.state.tf_input
         # Not "auto", as another machine might choose another light; nor a substitute during
         # compilation.
         look_b = tf_input.look
@@ -113,9 +117,8 @@ class Sessions(QObject):
             tf_b=tf_input.of("B"),
             compares=tf_input.compares,
             look_b=look_b,
-            view=inputs.view,
-            **{n: each.value for n, each in context.state.edited.items() if n != "mask"},
-            mask="",
+            view=state.view,
+            **{name: each.value for name, each in state.edited.items()} | {"mask": ""},
             lighting=work.wanted.lighting,
         )
         band = context.sensitivity.band
@@ -157,23 +160,21 @@ class Sessions(QObject):
         if self._awaited is None or self._awaited[1].volume != opened.path:
             self._awaited = None
             return
-        known = self._preferences.volume(opened.fingerprint)
-        self._is_before_kept = self._keep_before(self._awaited[0], opened, known)
+        self._is_before_kept = self._keep_before(*self._awaited, opened)
 
-    def _keep_before(self, path: Path, opened: OpenedVolume, known: VolumeMemory) -> bool:
+    def _keep_before(self, path: Path, session: Session, opened: OpenedVolume) -> bool:
         """Write a volume's memory to a session; return False if that failed."""
-        assert self._awaited is not None
+        known = self._preferences.volume(opened.fingerprint)
         memory = replace(known, **NOT_HELD, tf=known.tf or opened.default)
         is_new = known.tf is None and not known.path
-        is_same = memory == self._awaited[1].content.memory
-        if self._before_path in (None, path) or is_new or is_same:
+        is_same, before = memory == session.content.memory, self._before_path
+        if before is None or before == path or is_new or is_same:
             return False
-        assert self._before_path is not None
         content = SessionContent(memory, part_of(self._preferences.settings, SessionSettings))
         try:
             mask = self._preferences.read_mask(known.mask, opened.volume)
-            before = Session(opened.path, opened.fingerprint, content)
-            self._save(self._before_path, before, mask, opened.volume)
+            kept = Session(opened.path, opened.fingerprint, content)
+            self._save(before, kept, mask, opened.volume, f"{path.name} is open.")
         except TfscopeError as error:
             self._fail(str(error))
             return False

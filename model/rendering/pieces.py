@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from model.errors import TfscopeError
 from model.rendering.ray_places import VISIBLE, places_along, values_at
 from model.scene.inputs import SceneInputs
-from model.scene.mask import Mask, grown, hidden_voxels
+from model.scene.mask import Mask, grown, masked_voxels
 from model.scene.transfer_function import TF_SAMPLES, Range
 from model.scene.volume import Volume
 
@@ -59,8 +59,11 @@ def pieces_at(volume: Volume, inputs: SceneInputs, place: NDArray[np.float64]) -
     first, end = np.rint(inputs.part.corners(volume)[:, ::-1]).astype(int)
     end = np.maximum(first, end)
     part = tuple(slice(a, b + 1) for a, b in zip(first, end, strict=True))
-    voxels, hidden = volume.voxels[part], hidden_voxels(volume, inputs.mask)
-    shown = np.ones(1, dtype=bool) if hidden is None else ~hidden[part]
+    voxels, shown = volume.voxels[part], np.ones(1, dtype=bool)
+    if inputs.mask is not None:
+        shown = ~masked_voxels(volume, inputs.mask)[part]
+    if volume.hidden is not None:
+        shown = shown & ~volume.hidden[part]
     if inputs.clip is not None:
         *normal, level = inputs.part.plane(volume).tolist()
         x, y, z = (

@@ -73,14 +73,6 @@ def masked_voxels(volume: Volume, mask: Mask) -> NDArray[np.bool_]:
     return ~mask.shown
 
 
-def hidden_voxels(volume: Volume, mask: Mask | None) -> NDArray[np.bool_] | None:
-    """Return the voxels that are transparent under any TF; see :func:`masked_voxels`."""
-    if mask is None:
-        return volume.hidden
-    hidden = masked_voxels(volume, mask)
-    return hidden if volume.hidden is None else hidden | volume.hidden
-
-
 def grown(voxels: NDArray[np.bool_], shown: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Return voxels and all that touch them, if by a corner only, but for others that are shown."""
     grown = voxels

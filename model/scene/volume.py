@@ -17,7 +17,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from model.errors import VolumeError
+from model.errors import ConstantVolumeError, VolumeError
 from model.scene.distribution import Distribution, Range
 from model.scene.value_scale import ValueScale, logarithms, value_at
 
@@ -136,10 +136,12 @@ class Volume:
                 "number can hold; scale them down."
             )
         if lo == hi and self.distribution.is_constant:
-            raise VolumeError(
+            error = ConstantVolumeError(
                 f"{self.name}: every voxel has the value {lo:g}; "
                 "a constant volume shows nothing, so choose another file or component."
             )
+            error.volume = self
+            raise error
         if not is_resolved((lo, hi)):
             raise VolumeError(
                 f"{self.name}: the values from {lo:.17g} to {hi:.17g} are too close to one another "

@@ -74,9 +74,8 @@ def make_volume(path: Path, grid: Grid, choice: Choice = LARGEST) -> Volume:
             missing=grid.missing,
         )
     except VolumeError as error:
-        raise VolumeError(
-            f"{path}: {str(error).removeprefix(readable_name(path) + ': ')}"
-        ) from None
+        error.args = (f"{path}: {str(error).removeprefix(readable_name(path) + ': ')}",)
+        raise
 
 
 def _as_typed(grid: Grid, choice: Choice) -> Grid:

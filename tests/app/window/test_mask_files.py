@@ -1,6 +1,7 @@
 """Pieces and masks in the window: found at a click, shown, undone, kept, saved and opened."""
 
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -150,7 +151,9 @@ def test_a_mask_is_there_in_the_next_run_and_in_sessions(
     # Again before the first one is written: one after the other.
     window.sessions.save(session)
     window.sessions.save(session)
+    assert "Saved" not in window.status.news
     window.sessions.join()
+    qtbot.waitUntil(lambda: window.status.news == f"Saved {session}.")
     assert most == [1, 1]
     assert read_mask(tmp_path / "a.tfscope.mask.nrrd", blocks()) == mask
     window.close()
@@ -175,7 +178,7 @@ def test_a_mask_is_there_in_the_next_run_and_in_sessions(
     assert "All voxels are shown" in window.notice.text and "no such file" in window.notice.text
 
 
-def test_masks_are_saved_and_opened(qtbot, window, tmp_path, monkeypatch):
+def test_masks_are_saved_and_opened(qtbot, window, builders, tmp_path, monkeypatch):
     click(qtbot, window, 0.42).text.linkActivated.emit("a0")
     mask, path = window.state.inputs.mask, str(tmp_path / "mask.nrrd")
     monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (path, ""))
@@ -186,6 +189,17 @@ def test_masks_are_saved_and_opened(qtbot, window, tmp_path, monkeypatch):
     window.files.ask("Open mask", VOLUME_FILTER, window.files.open_mask)
     qtbot.waitUntil(lambda: window.state.inputs.mask == mask)
     assert window.state.edits.stack.undoText() == "open mask"
+    # What is cut away stays at the next time step, and not at another volume.
+    for name, step in (("blocks2", 2), ("other", 3)):
+        builders.volumes[name] = replace(blocks(), voxels=blocks().voxels // step, name=name)
+    open_volume(qtbot, window, "blocks2")
+    assert window.state.inputs.mask == mask
+    open_volume(qtbot, window, "other")
+    assert window.state.inputs.mask is None
+    whole = SimpleITK.GetImageFromArray(np.ones((12, 12, 12), np.uint8))
+    SimpleITK.WriteImage(whole, str(tmp_path / "ones.nrrd"))
+    window.files.open_mask(tmp_path / "ones.nrrd")
+    qtbot.waitUntil(lambda: window.status.news == "ones shows all voxels, so it hides nothing.")
 
 
 def test_labels_of_a_file_are_chosen(qtbot, window, builders, tmp_path):

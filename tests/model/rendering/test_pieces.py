@@ -8,7 +8,7 @@ from model.rendering.scale_bar import volume_text
 from model.scene.clip_plane import ClipPlane
 from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs
-from model.scene.mask import Mask, hidden_voxels
+from model.scene.mask import Mask
 from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF
 from model.scene.view import View
 from model.scene.volume import FileFacts, Volume
@@ -73,6 +73,10 @@ def test_a_crop_box_parts_pieces():
     clip = ClipPlane((1.0, 0.0, 0.0), volume().proportions[0] * (2 * 4.5 / 19 - 1))
     piece = pieces_at(volume(), inputs(clip=clip), at(4, 4, 3))[0]
     assert piece.count == 6 * 6 * 3
+    # And what is missing, with what a mask hides.
+    given = Volume(volume().voxels, missing=np.indices((20,) * 3)[0] == 7).over(RANGE)
+    mask = Mask.of(np.indices((20,) * 3)[1] != 2)
+    assert pieces_at(given, inputs(mask=mask), at(4, 4, 7))[0].count == 5 * 5 * 6
 
 
 def test_values_between_voxels_decide_about_the_band():
@@ -140,12 +144,3 @@ def test_a_mask_says_of_each_voxel_whether_it_is_shown():
         assert rest == Mask.of(~one)
         with pytest.raises(TfscopeError, match="Nothing would be left"):
             Mask.of(np.zeros(shape, bool))
-
-
-def test_hidden_are_what_is_missing_and_what_a_mask_hides():
-    missing = np.zeros((4, 4, 4), bool)
-    missing[0] = True
-    given = Volume(np.arange(64, dtype=np.uint8).reshape(4, 4, 4), missing=missing)
-    hidden = hidden_voxels(given, Mask.of(~missing[::-1]))
-    np.testing.assert_array_equal(hidden, missing | missing[::-1])
-    assert hidden_voxels(given, None) is given.hidden

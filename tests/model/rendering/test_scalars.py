@@ -16,7 +16,7 @@ from model.scene.scene import LightDirection
 from model.scene.transfer_function import ColorTF, OpacityTF
 from model.scene.view import View
 from model.scene.volume import Volume
-from tests.reference_raycaster import render
+from tests.reference_light import picture
 
 NATIVE = (np.uint8, np.int16, np.float32)
 UNIT = np.linspace(0, 1, 60).reshape(3, 4, 5)
@@ -207,9 +207,8 @@ def inputs_over(scalar_range, view=VIEW, opacity=0.3):
 def test_what_lies_between_voxels_is_what_it_is_over_any_range(dtype, chosen, make):
     volume = make(dtype).over(chosen)
     inputs = inputs_over(chosen)
-    opacity, color = inputs.opacity_tf.sample(), inputs.color_tf.sample()
     # VTK leaves out the last step of each ray, so it is to be a short one.
-    expected = render(volume, VIEW, opacity, color, PIXELS, 0.13)
+    expected = picture(volume, inputs, PIXELS, 0.13)
     assert expected[..., 3].max() > 0.3
     ours, vtk = (drawn(kind, volume, inputs, PIXELS, sample_distance=0.13) for kind in KINDS)
     assert np.abs(ours - expected).max() < 1e-3

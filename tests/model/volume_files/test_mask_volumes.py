@@ -61,6 +61,15 @@ def test_a_mask_is_labels_of_which_some_are_shown(tmp_path, name, none):
         found.mask([])
 
 
+def test_labels_that_are_all_alike_show_all_or_nothing(tmp_path):
+    for name, value in (("ones.nrrd", 1), ("none.nii.gz", 0)):
+        image = SimpleITK.GetImageFromArray(np.full((4, 5, 6), value, np.uint8))
+        SimpleITK.WriteImage(image, str(tmp_path / name))
+    assert read_mask(tmp_path / "ones.nrrd", volume()) is None
+    with pytest.raises(TfscopeError, match="Nothing would be left"):
+        read_mask(tmp_path / "none.nii.gz", volume())
+
+
 def test_labels_are_named_as_the_file_names_them():
     # A reader that numbers labels anew has the file's numbers in their names.
     named = Label(1, "Liver"), Label(2, "526157192 Lobe, left", None, 526157192)

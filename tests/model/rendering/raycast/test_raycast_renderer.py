@@ -18,7 +18,8 @@ from model.scene.transfer_function import (
 )
 from model.scene.view import View
 from model.scene.volume import Volume
-from tests.reference_raycaster import cast, composite, correct, depth, render
+from tests.reference_light import picture
+from tests.reference_raycaster import cast, correct, depth
 
 VIEWS = (
     VIEW, View(200.0, -60.0, -8.0, 0.4), View(10.0, 90.0, 3.0, 0.1), View(77.0, -15.0, 0, 0.02),
@@ -63,11 +64,10 @@ def test_images_agree_with_a_ray_caster_in_float64(dtype, low, high):
     for view in VIEWS:
         rgba, found = renderer.frame(SceneInputs(view, opacity_tf, color_tf), 24)
         assert rgba.dtype == found.dtype == np.float32
-        rays = cast(volume, view, 24, 0.5)
-        per_sample = correct(opacity, 0.5)
-        image = composite(rays.bins, rays.shares, per_sample, color_tf.sample(scalar_range))
+        image = picture(volume, SceneInputs(view, opacity_tf, color_tf), 24, 0.5)
         np.testing.assert_allclose(rgba, image, atol=TOLERANCE)
-        np.testing.assert_allclose(found, depth(rays, per_sample), rtol=1e-5)
+        expected = depth(cast(volume, view, 24, 0.5), correct(opacity, 0.5))
+        np.testing.assert_allclose(found, expected, rtol=1e-5)
         assert image[..., 3].max() > 0.5
 
 
@@ -84,12 +84,10 @@ def test_any_shape_spacing_step_and_view(seed):
     opacity_tf, color_tf = random_tf(rng, RANGE)
     elevation, distance = rng.uniform(-90, 90), float(rng.choice([0.01, 0.1, 0.6, 1.0, 2.0]))
     view = View(rng.uniform(0, 360), elevation, rng.uniform(-20, 20), distance)
-    image = RaycastRenderer(volume, sample_distance=step).render(
-        SceneInputs(view, opacity_tf, color_tf), 16
-    )
-    opacity, color = opacity_tf.sample(RANGE), color_tf.sample(RANGE)
+    inputs = SceneInputs(view, opacity_tf, color_tf)
+    image = RaycastRenderer(volume, sample_distance=step).render(inputs, 16)
     # Noise has steep slopes: the 16 table entries of a bin show.
-    expected = render(volume, view, opacity, color, 16, step)
+    expected = picture(volume, inputs, 16, step)
     np.testing.assert_allclose(image, expected, atol=15e-3)
     assert np.abs(image - expected).mean() < 5e-4
 
@@ -183,13 +181,10 @@ def off_by(a, b):
 @pytest.mark.parametrize("shape", [(21, 26, 18), (2, 26, 18)])
 def test_images_are_nearly_those_of_a_float64_ray_caster_that_reads_at_each_sample(distance, shape):
     volume = Volume(waves(shape), (1.2, 0.8, 1.0))
-    opacity, color = SHEETS.sample(UNIT), THREE.sample(UNIT)
     for view in NEARER:
-        truth = render(volume, view, opacity, color, 24, distance)
-        found = RaycastRenderer(volume, threads=1).render(
-            SceneInputs(view, SHEETS, THREE), 24, distance
-        )
-        far = render(volume, view, opacity, color, 24, 4 * distance)
+        inputs = SceneInputs(view, SHEETS, THREE)
+        truth, far = (picture(volume, inputs, 24, apart * distance) for apart in (1, 4))
+        found = RaycastRenderer(volume, threads=1).render(inputs, 24, distance)
         assert off_by(found, truth) < 0.35 * off_by(far, truth)
         assert abs(found - truth).mean() < 0.008
 
