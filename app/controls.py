@@ -331,7 +331,8 @@ def picture_icon(picture: QImage | None, size: int) -> QIcon:
         shown.fill(Qt.GlobalColor.black)
         painter = QPainter(shown)
         painter.setPen(QColor(theme.DIM))
-        painter.drawText(shown.rect(), Qt.AlignmentFlag.AlignCenter, "…")
+        text = "drawing …" if painter.fontMetrics().horizontalAdvance("drawing …") < size else "…"
+        painter.drawText(shown.rect(), Qt.AlignmentFlag.AlignCenter, text)
         painter.end()
     else:
         shown = QPixmap.fromImage(picture).scaled(

@@ -57,7 +57,7 @@ CHARACTERS = set("0123456789+-.,eE ")
 
 MOST_DECIMALS = 320  # so many that no number is rounded to them
 
-SHOWN_DIGITS, TYPED_DIGITS = 4, 6
+SHOWN_DIGITS, TYPED_DIGITS = 3, 6
 """Digits shown of a number, and of a typed one, besides leading digits that both limits share."""
 
 HARDLY = 0.05  # part of a digit that is ignored: limits such as 1 and 255 share no digits

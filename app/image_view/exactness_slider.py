@@ -125,7 +125,7 @@ WAITING = "Measured once the image at rest is there."
 MEASURING = "Measuring {} of {} …"
 MEASURED = "Measured in this scene, with {} × {} pixels at rest."
 
-WIDEST, UNKNOWN = "999 / s, error .0000", "…"
+WIDEST, UNKNOWN = "999 / s, error .0000", "speed"
 """The longest text, so that nothing moves as it changes, and the text without numbers."""
 
 NAMES = list(STOPS)  # of the stops, from left to right

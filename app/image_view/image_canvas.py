@@ -45,7 +45,6 @@ _MARGIN = 14
 
 PROGRESS_HEIGHT = 2  # of the line that shows an image's progress, in pixels
 LEAST_PROGRESS = 0.06  # least part of that line, painted as soon as an image is begun
-LEAST_GAP = 8  # pixels next to a picture that are more than rounding
 Decoration = Callable[[QPainter, QRect], None]  # paints over an image's rectangle
 
 
@@ -199,14 +198,10 @@ class ImageCanvas(KeyedWidget):
             if self.wiped is not None:
                 self._paint_wiped(painter, *self.wiped)
             painter.setOpacity(1.0)
-            # The volume may be cut off at a picture's edge, so the edge must be visible.
-            painter.setPen(QPen(QColor(theme.ON_IMAGE.line), 1))
-            if self.width() - rect.width() > LEAST_GAP:
-                painter.drawLine(rect.topLeft(), rect.bottomLeft())
-                painter.drawLine(rect.topRight(), rect.bottomRight())
-            if self.height() - rect.height() > LEAST_GAP:
-                painter.drawLine(rect.topLeft(), rect.topRight())
-                painter.drawLine(rect.bottomLeft(), rect.bottomRight())
+            if rect.width() == rect.height() and rect.size() != self.size():
+                # The volume may be cut off at a model's square: its edge must be visible.
+                painter.setPen(QPen(QColor(theme.ON_IMAGE.line), 1))
+                painter.drawRect(rect)
             if not self.message:
                 for paint in self.decorations:
                     painter.save()

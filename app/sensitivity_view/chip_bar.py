@@ -74,10 +74,6 @@ class Chip(QToolButton):
         text = self.fontMetrics().horizontalAdvance(self.text())
         return QSize(min(_ICON.width() + text + AROUND, hint.width()), hint.height())
 
-    def minimumSizeHint(self) -> QSize:
-        """Return the same."""
-        return self.sizeHint()
-
     def set_on(self, on: bool) -> None:
         """Show whether the layer is on."""
         self._is_on = on
@@ -99,15 +95,15 @@ class Chip(QToolButton):
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         if not self._is_on:
             painter.setOpacity(0.45)
+        pen = QPen(color, 1)
         if self._form == "change":
             painter.fillRect(QRectF(0, 5, 14, 2), color)
-        elif self._form != "region":
-            painter.setPen(QPen(color, 1))
-            painter.setBrush(color if self._is_on else Qt.BrushStyle.NoBrush)
-            painter.drawRoundedRect(QRectF(1, 1.5, 12, 9), 2, 2)
         else:
-            pen = QPen(color, 1.4, Qt.PenStyle.DashLine)
-            pen.setDashPattern([2, 1.4])
+            if self._form == "region":
+                pen.setWidthF(1.4)
+                pen.setDashPattern([2, 1.4])
+            elif self._is_on:
+                painter.setBrush(color)
             painter.setPen(pen)
             painter.drawRoundedRect(QRectF(1, 1.5, 12, 9), 2, 2)
         painter.end()

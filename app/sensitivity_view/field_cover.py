@@ -229,7 +229,7 @@ class FieldCover(QObject):
         colored = overlay(what_if.image, difference, self.scale, "signed")
         self._caption = f"{short(self.scale)} (brighter): difference of pixel values by {edit}"
         self._show(colored, "signed", "change by the edit")
-        detail = f"{edit}: changes by {change_text(what_if.rmse)}, {answer.source}"
+        detail = f"{edit}: changed by {change_text(what_if.rmse)} ({answer.source})"
         self.pane.name_cover("What if", detail, self._caption)
 
     def _take_image(self, inputs: SceneInputs, image: NDArray[np.float32]) -> None:

@@ -30,7 +30,7 @@ NOTABLE = 2.0  # ratio of learned to exact responses from which the panel report
 ROWS = 3  # most values, and most edits
 LEAST_SAID = 0.001  # least change of pixel values that is shown: a quarter of an 8-bit step
 
-VALUE_TIP = "Values {}: {} % of what is visible"
+VALUE_TIP = "{} make up {} % of what is visible. Point at them in the plot to see where."
 EDIT_TIP = (
     "A mode of this opacity at {} to {} changes the region's pixels (0 to 1) by about this much,\n"
     "and by less where the image saturates. What if renders the edit."

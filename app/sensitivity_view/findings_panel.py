@@ -10,6 +10,7 @@ from PySide6.QtCore import QEvent, QObject, QRectF, Qt
 from PySide6.QtGui import QColor, QEnterEvent, QPainter, QPaintEvent
 from PySide6.QtWidgets import (
     QAbstractButton,
+    QApplication,
     QFrame,
     QHBoxLayout,
     QLabel,
@@ -278,6 +279,10 @@ class FindingsPanel(QFrame):
 
     def show_open(self) -> None:
         """Show or hide the panel."""
+        focus = QApplication.focusWidget()
+        if not self.is_open and focus is not None and self.isAncestorOf(focus):
+            # Else Qt would frame the volume's name, next in the window.
+            self.window().setFocus()
         if self.isHidden() == self.is_open:
             self.setVisible(self.is_open)
             self._fitted()

@@ -387,7 +387,7 @@ class PlaceLabel(Card):
 
     def _row_of(self, piece: Piece, number: str) -> str:
         band = piece.values
-        what = "Piece" if band is None else f"Piece of {self._asker.state.range_text(band)}"
+        what = "Piece" if band is None else f"Piece, only {self._asker.state.range_text(band)}"
         does = " · ".join(
             f"<a href='{deed}{number}' style='color: {theme.ON_IMAGE.change}'>{text}</a>"
             for deed, text in (("a", "isolate"), ("c", "cut away"))

@@ -184,7 +184,7 @@ class WhatIfQuestion(QObject):
         answer = self._answers[source] = Trial(found, source)
         if self.is_on:
             self.shown = answer
-        self._say(f"At {self._at}: {', '.join(map(_said, self._answers.values()))}")
+        self._say(f"At {self._at}: changed by {', '.join(map(_said, self._answers.values()))}")
 
     def _note_edit(self, edit: NDArray[np.float32]) -> None:
         """Describe an edit by value, opacity and width, as the numbers of a mode do."""
@@ -216,8 +216,8 @@ class WhatIfQuestion(QObject):
 
 def _said(answer: Trial) -> str:
     predicted = answer.what_if.predicted
-    said = "" if predicted is None else f" (predicted {change_text(predicted)})"
-    return f"{answer.source} changes by {change_text(answer.what_if.rmse)}{said}"
+    said = "" if predicted is None else f"; predicted {change_text(predicted)}"
+    return f"{change_text(answer.what_if.rmse)} ({answer.source}{said})"
 
 
 Emphasis = Literal["raise", "lower", "isolate"]

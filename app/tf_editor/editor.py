@@ -86,19 +86,20 @@ class TransferFunctionEditor(QFrame):
             self._follow_tf(self._state.transfer_function)
 
     def _connect(self) -> None:
-        area, tf = self.area, self._state.tf_input
-        for changed, follow in (
+        area, tf, card, opacity = self.area, self._state.tf_input, self.card, self.opacity
+        for changed, *follow in (
             (tf.changed, self._take_tf),
             (tf.changeFinished, self._finish_tf),
-            (self.selection.changed, self._show_selection),
-            (area.axisChanged, self._show_axis),
-            (area.heightChanged, self._fit_height),
-            (area.flagsMoved, self.card.place),
-            (area.recolored, self._recolor),
+            (self.selection.changed, opacity.refresh, self.color.refresh, card.refresh),
+            (area.axisChanged, self._draw, card.place, self.menu.show_scales),
+            (area.heightChanged, self.range.fit_height, card.place),
+            (area.flagsMoved, card.place),
+            (area.recolored, opacity.recolor, self.range.recolor, card.refresh),
             (area.widget.scene().sigMouseClicked, self._click),
             (self._add_button.clicked, self._keys.add_in_the_middle),
         ):
-            changed.connect(follow)
+            for each in follow:
+                changed.connect(each)
 
     def _take_tf(self, tf: TransferFunction) -> None:
         # First, so that nothing finds a selected handle that no longer exists.
@@ -117,24 +118,6 @@ class TransferFunctionEditor(QFrame):
     def _draw(self) -> None:
         for layer in (self.opacity, self.color, self.range):
             layer.refresh()
-
-    def _show_selection(self) -> None:
-        for part in (self.opacity, self.color, self.card):
-            part.refresh()
-
-    def _show_axis(self) -> None:
-        self._draw()
-        self.card.place()
-        self.menu.show_scales()
-
-    def _fit_height(self) -> None:
-        self.range.fit_height()
-        self.card.place()
-
-    def _recolor(self) -> None:
-        self.opacity.recolor()
-        self.range.recolor()
-        self.card.refresh()
 
     def _follow_tf(self, tf: TransferFunction) -> None:
         """Show the range of a new volume's TF, and whether modes or points can be added."""

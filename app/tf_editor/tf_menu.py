@@ -65,11 +65,11 @@ class PresetMenu(QMenu):
         self.units = ""  # unit of the volume's scalars; may be empty
         self.list = QListWidget()
         self.list.setAccessibleName("Presets")
+        self.list.setGridSize(CELL)
+        self.list.setWordWrap(True)
         self.list.setViewMode(QListWidget.ViewMode.IconMode)
         self.list.setMovement(QListWidget.Movement.Static)
         self.list.setIconSize(QSize(PICTURE, PICTURE))
-        self.list.setGridSize(CELL)
-        self.list.setWordWrap(True)
         self.list.setFrameShape(QListWidget.Shape.NoFrame)
         self.list.viewport().setAutoFillBackground(False)
         self.list.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)

@@ -199,10 +199,8 @@ class FigureSaving(QObject):
                 continue
             found[which] = image.width(), image.height()
             if pane.engine == "exact":
-                # An image under refinement has fewer pixels than the final one.
-                there = pane.canvas.picture_rect & pane.canvas.rect()
-                whole = there.size() * pane.canvas.devicePixelRatioF()
-                found[which] = max(found[which], (whole.width(), whole.height()))
+                # An image that is still refined has fewer pixels, or those before a resize.
+                found[which] = pane.canvas.pixels
         if compares and len(found) == 2:
             width, height = found["reference"]
             found["a_b"] = round(2 * width / (1 - GAP)), height
@@ -419,6 +417,7 @@ class FigureSaving(QObject):
 
     def _fail(self, text: str) -> None:
         self._end()
+        self._context.status.say("")
         self._context.fail(text, KEY)
 
     def _end(self) -> None:

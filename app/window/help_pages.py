@@ -25,7 +25,7 @@ Drag a round handle of the crop box (K) | move that plane
 Shift+K | cut by a plane that faces the viewer; drag its arrow to turn it
 O | orthographic view, or perspective
 Click, then I or X | isolate what is connected there, or cut it away
-M, then click two places | measure their distance; Escape removes it
+M, then two clicks or a drag | measure their distance; Escape removes it
 C, D | two images or one; their difference
 Shift+O | show or hide the opacity images
 Drag the ball in the top bar, or Ctrl, Shift and drag | move the light

@@ -149,7 +149,8 @@ class Menus:
 
         def offer() -> None:
             # With a single image there is nothing to choose.
-            caption.set_menu(menu if panes.can_compare else self._of_b if panes.compares else None)
+            two = panes.can_compare and (panes.shown != "both" or len(panes.images) > 1)
+            caption.set_menu(menu if two else self._of_b if panes.compares else None)
 
         self._refreshes.append(offer)
         return menu
@@ -169,7 +170,8 @@ class Menus:
                 self._toggle_b()
             elif self._two_follow():
                 # Who wants one image wants the true one.
-                panes.shown = "both" if len(panes.images) < 2 else "reference"
+                panes.is_asked = len(panes.images) < 2
+                panes.shown = "both" if panes.is_asked else "reference"
             refresh()
 
         def show_difference() -> None:
@@ -178,7 +180,7 @@ class Menus:
                 self._toggle_b()
             wanted = wanted and (tf_input.compares or self._two_follow())
             if wanted and not tf_input.compares and len(panes.images) < 2:
-                panes.shown = "both"
+                panes.is_asked, panes.shown = True, "both"
             difference.setChecked(wanted)
             error.set_wanted(wanted)
 

@@ -173,9 +173,9 @@ class ImageError(QObject):
     @property
     def compared(self) -> Comparison | None:
         """The compared image and the reference's; None if they cannot be compared."""
-        if not {self.pane, self._reference} <= self._shown.keys() or self.pane.rgba is None:
-            return None
         pair = self.pane, self._reference
+        if not self._shown.keys() >= {*pair} or self.pane.rgba is None:
+            return None
         (inputs, drawn, _), (others, truth, _) = map(self._shown.__getitem__, pair)
         state, is_b = self._state, self.pane is self._pane_b
         if any(self._shown[pane][2] != self._settings_of(pane) for pane in pair):
@@ -184,7 +184,7 @@ class ImageError(QObject):
             return None
         alike = self._workspace.model.lighting == self._workspace.reference.settings.lighting
         is_unknown = not inputs.part.is_whole or inputs.mask or inputs.view.is_orthographic
-        if not is_b and (not alike or is_unknown):
+        if not is_b and (not alike or is_unknown or any(each.isHidden() for each in pair)):
             return None
         (height, width, _), (rows, columns, _) = drawn.shape, truth.shape
         if is_b and abs(height * columns - width * rows) > max(width, columns):

@@ -28,6 +28,9 @@ class PaneLayout(QSplitter):
     is_browsing = Painted(False, "_update")  # with the latent browser in the generator's place
     has_model = Painted(False, "_update")  # whether a generator's image could be shown
     shown = Painted[Shown]("both", "_update")  # the images that the user wants to see
+    # Where not the model draws the generator's image, one image is enough until C asks for two.
+    is_surrogate = Painted(False, "_update")
+    is_asked = Painted(False, "_update")
 
     def __init__(self, browser: LatentBrowser, panes: Sequence[EnginePane]) -> None:
         super().__init__(Qt.Orientation.Horizontal)
@@ -85,9 +88,10 @@ class PaneLayout(QSplitter):
         self.arranged.emit()
 
     def _update(self) -> None:
-        generator = self.can_compare and self.shown != "reference"
+        both = self.shown == "both" and (self.is_asked or not self.is_surrogate)
         # One image is always shown.
-        alone = self.shown == "generator" and generator
+        alone = self.shown == "generator" and self.can_compare
+        generator = alone or (both and self.can_compare)
         focus = QApplication.focusWidget()
         parts = *self.images, self._browser
         had = [part for part in parts if focus is not None and part.isAncestorOf(focus)]

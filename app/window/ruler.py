@@ -1,12 +1,13 @@
-"""A ruler: two clicks in an image, and the distance between the surfaces there."""
+"""A ruler: two clicks or a drag in an image, and the distance between what shows there."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 from typing import cast
 
-from PySide6.QtCore import QEvent, QObject, Qt
+from PySide6.QtCore import QEvent, QObject, QPointF, Qt
 from PySide6.QtGui import QCursor, QMouseEvent
+from PySide6.QtWidgets import QApplication
 
 from app.image_view.image_canvas import ImageCanvas
 from app.window.context import Context
@@ -15,12 +16,12 @@ from model.rendering.ray_places import ray_places
 from model.scene.view import from_middle
 from model.scene.volume import Triple
 
-FIRST, SECOND = "Click the first place; Escape ends it.", "Click the second place."
+FIRST, SECOND = "Click two places, or drag from one to the other.", "Click the second place."
 NOTHING = "Nothing shows there; click on something that does."
 
 
 class Ruler(QObject):
-    """Takes two clicks in an image while it is on; the overlays show their line.
+    """Takes two clicks or a drag in an image; the overlays show the line between its ends.
 
     The line stays until Escape or the next line's first click.
     """
@@ -30,6 +31,7 @@ class Ruler(QObject):
         self._context, self._overlays = context, overlays
         self.is_on = self._took = False
         self._first: tuple[Triple, ...] = ()
+        self._pressed = QPointF()  # where the mouse went down
         for pane in context.panes:
             pane.canvas.installEventFilter(self)
 
@@ -55,13 +57,14 @@ class Ruler(QObject):
         return had_line
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Take the left clicks, and the movements without a button, while the ruler is on."""
+        """Take the left clicks and drags, and the other movements, while the ruler is on."""
         kind, press, move = event.type(), QEvent.Type.MouseButtonPress, QEvent.Type.MouseMove
+        release = QEvent.Type.MouseButtonRelease
         if kind == QEvent.Type.MouseButtonDblClick:
             # The second click of a double click: neither another point nor a reset of the view.
             return self._took
         self._took = self._took and kind != press
-        if not self.is_on or kind not in (press, move):
+        if not self.is_on or kind not in (press, move, release):
             return False
         canvas, mouse = cast(ImageCanvas, watched), cast(QMouseEvent, event)
         if self._context.sensitivity.tool is not None:
@@ -70,9 +73,13 @@ class Ruler(QObject):
             return False
         if kind == move:
             canvas.setCursor(QCursor(Qt.CursorShape.CrossCursor))
-            return not mouse.buttons()
+            return self._took or not mouse.buttons()
         if mouse.button() != Qt.MouseButton.LeftButton or mouse.modifiers():
             return False
+        way = (mouse.position() - self._pressed).manhattanLength()
+        if kind == release and (not self._took or way < QApplication.startDragDistance()):
+            return self._took
+        self._pressed = mouse.position()
         self._click(canvas, mouse)
         self._took = True
         return True

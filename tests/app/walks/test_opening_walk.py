@@ -70,6 +70,7 @@ def test_a_dropped_volume_is_drawn_once_and_as_its_own(qtbot, window, builders):
 
 
 def test_what_is_remembered_is_there_with_the_first_picture(qtbot, window, builders):
+    window.status._rest.setInterval(1_000_000)
     drop(window, "tall")
     opened(qtbot, window, "tall")
     view, crop = View(azimuth=77.0), CropBox((0.1, 0.0, 0.0), (0.9, 1.0, 1.0))

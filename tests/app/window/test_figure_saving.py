@@ -63,8 +63,7 @@ def test_figures_are_saved_and_copied(qtbot, window, builders, tmp_path, monkeyp
     monkeypatch.setattr(FigureDialog, "exec", no)
     window.reference.canvas.show_image(QImage(30, 30, QImage.Format.Format_RGB888))
     window.saving.ask()
-    whole = window.reference.canvas.picture_rect
-    assert offered == [(whole.width(), whole.height())]
+    assert offered == [window.reference.canvas.pixels]
     assert "generator" not in window.saving.sizes()
 
 
@@ -238,6 +237,7 @@ def test_what_cannot_be_drawn_or_written_is_told_and_leaves_no_file(
     builders.references[-1].gate = None
     window.saving.draw(TURN, tmp_path / "missing" / "turn.gif")
     qtbot.waitUntil(lambda: "cannot be written" in window.notice.text, timeout=20_000)
+    assert window.status.news == ""
     qtbot.waitUntil(lambda: not window.saving.unfinished)
     builders.references[-1].error = RenderError("It is broken; mend it.")
     window.saving.draw(TURN, tmp_path / "turn.gif")

@@ -146,6 +146,11 @@ def test_two_clicks_measure_the_distance_of_what_shows_there(make_window):
     # Neither label nor view have followed the clicks, and now they do again.
     assert (window.sensitivity_state.place, state.view) == (picked, view)
     assert not window.ruler.is_on
+    # A drag is its ends, and turns nothing.
+    measure.trigger()
+    drag(canvas, *(at(canvas, *place) for place in ((0.45, 0.5), (0.5, 0.5), (0.6, 0.55))))
+    np.testing.assert_allclose(overlays.subject.line, points)
+    assert state.view == view and not window.ruler.is_on
     # A figure has the line, too.
     images = {"reference": (np.zeros((300, 300, 4), np.float32), 1.0)}
     drawn = figure(FigureChoice(300, 300), images, state.inputs, overlays.subject)

@@ -217,6 +217,12 @@ def test_the_network_draws_while_the_light_is_path_traced(
     assert window.generator.caption.title == "Generator"
     reference.choose(lighting="path")
     settle(qtbot, window)
+    # What the model does not draw is no second image until it is asked for.
+    assert window.panes.images == [window.reference]
+    for count in (2, 1, 2):
+        QTest.keyClick(window, Qt.Key.Key_C)
+        assert len(window.panes.images) == count and window.reference.isVisible()
+    settle(qtbot, window)
     assert window.generator.status.startswith(PATH_DRAWER)
     assert "serves all volumes" in window.workspace.model.errors
     # One engine for each pane, of one sample and of many.
