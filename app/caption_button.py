@@ -15,7 +15,6 @@ Tone = Literal["dim", "change", "attention", "error"]  # usual, under way, notic
 
 HEIGHT = 24
 PADDING, GAP = 8, 7
-
 ARROW = 7  # width of the arrow that says that there is a menu, in pixels
 GROUND_OPACITY = 215  # opacity of the background over an image, of 255
 
@@ -117,10 +116,8 @@ class CaptionButton(QToolButton):
         left += metrics.horizontalAdvance(title) + GAP
         if not self.detail or self._folds or right - left < 20:
             return
-        font = self._font()
-        detail = QFontMetrics(font).elidedText(
-            self.detail, Qt.TextElideMode.ElideRight, right - left
-        )
+        font, end = self._font(), Qt.TextElideMode.ElideRight
+        detail = QFontMetrics(font).elidedText(self.detail, end, right - left)
         painter.setFont(font)
         painter.setPen(QColor(getattr(colors, self.tone)))
         painter.drawText(QRectF(left, 0, right - left, height), flags, detail)

@@ -18,11 +18,6 @@ RATIOS = 1, 2, 3  # screen pixels per window pixel for which icons are drawn
 FOLDER = Path(__file__).parent.parent / "resources" / "icons"  # drawings, 18 by 18
 
 
-def icon_names() -> list[str]:
-    """Return the names of all icons."""
-    return sorted(path.stem for path in FOLDER.glob("*.svg"))
-
-
 @cache
 def _drawing(name: str, ink: str) -> QSvgRenderer:
     svg = (FOLDER / f"{name}.svg").read_text("utf-8").replace("currentColor", ink)
@@ -35,12 +30,11 @@ def icon(name: str, colors: theme.Colors | None = None) -> QIcon:
     found = QIcon()
     for mode, ink in ((QIcon.Mode.Normal, colors.text), (QIcon.Mode.Disabled, colors.disabled)):
         for ratio in RATIOS:
-            picture = QPixmap(SIDE * ratio, SIDE * ratio)
+            side = SIDE * ratio
+            picture = QPixmap(side, side)
             picture.fill(Qt.GlobalColor.transparent)
             painter = QPainter(picture)
-            _drawing(name, QColor(ink).name()).render(
-                painter, QRectF(0, 0, SIDE * ratio, SIDE * ratio)
-            )
+            _drawing(name, QColor(ink).name()).render(painter, QRectF(0, 0, side, side))
             painter.end()
             picture.setDevicePixelRatio(ratio)
             found.addPixmap(picture, mode)
@@ -72,10 +66,8 @@ class IconButton(QToolButton):
     def set_caption(self, text: str) -> None:
         """Show a text next to the icon, or the icon alone."""
         self.setText(text)
-        style = Qt.ToolButtonStyle
-        self.setToolButtonStyle(
-            style.ToolButtonTextBesideIcon if text else style.ToolButtonIconOnly
-        )
+        of = Qt.ToolButtonStyle
+        self.setToolButtonStyle(of.ToolButtonTextBesideIcon if text else of.ToolButtonIconOnly)
         self.setFixedHeight(BUTTON)
         if text:
             # As wide as its text; Qt's minimum width is smaller.

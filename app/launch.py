@@ -20,6 +20,7 @@ from PySide6.QtWidgets import QApplication
 from app.engines.engines import REAL_BUILDERS, Builders
 from app.picture import save_image
 from app.state.preferences import Preferences, user_folder
+from app.state.volume_opening import Wanted
 from app.state.window_start import WindowStart
 from app.theme import apply_theme
 from app.window.main_window import MainWindow
@@ -104,7 +105,8 @@ def _open(window: MainWindow, start: WindowStart) -> None:
     if start.session is not None:
         window.sessions.open(start.session, start.volume)
     else:
-        window.files.start_with(start.volume, start.scalar_range, start.choice, start.scale)
+        wanted = Wanted(scalar_range=start.scalar_range, scale=start.scale)
+        window.files.read(start.volume, start.choice, wanted)
     if start.model is not None:
         workspace.open_model(start.model)
 

@@ -18,10 +18,12 @@ from app.engines.requests import (
     VisibilityRequest,
 )
 from model.kernel_cache import KernelGroup
+from model.latent.tiny_pictures import overview_of
 from model.scene.default_tf import default_transfer_function
 from model.scene.inputs import SceneInputs
 from model.scene.region import Region
 from model.scene.scene import Lighting
+from model.scene.transfer_function import TF_SAMPLES
 from model.scene.view import View
 from model.scene.volume import Volume
 
@@ -62,6 +64,8 @@ def _answer(engine: Engine, volume: Volume) -> None:
     engine.value_visibility(ValueVisibilityRequest(*asked, values, width))
     engine.value_sensitivity(ValueSensitivityRequest(*asked, values, width))
     engine.region_sensitivity(RegionSensitivityRequest(*asked, whole, width))
+    # What the map of TFs shows.
+    overview_of(volume, _inputs(volume), np.zeros((1, TF_SAMPLES)), PIXELS)
 
 
 def _inputs(volume: Volume) -> SceneInputs:

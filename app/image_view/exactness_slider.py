@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import html
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cached_property
 
+import numpy as np
+import pyqtgraph as pg
 from PySide6.QtCore import QSignalBlocker, Qt, Signal
 from PySide6.QtGui import QHideEvent, QShowEvent
 from PySide6.QtWidgets import (
@@ -19,7 +21,8 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.controls import WheelGuard, fill, text_button
+from app import theme
+from app.controls import WheelGuard, fill, label, text_button
 from app.engines.client import EngineState
 from app.engines.exactness import STOPS, Stop
 from app.engines.pace import SCALES
@@ -29,6 +32,7 @@ from app.state.image_errors import (
     LEAST_SAID,
     Fidelity,
     ImageErrors,
+    Traded,
     error_text,
     figures_text,
     pace_text,
@@ -120,7 +124,7 @@ class FidelityLine(QLabel):
         self.setGeometry(canvas.width() - PLACE - width, top, width, HEIGHT)
 
 
-WIDTH, POPOVER_WIDTH = 76, 400  # of the slider and of the table of all stops, in pixels
+WIDTH, POPOVER_WIDTH, PLOT_HEIGHT = 76, 400, 140  # of the slider, and of what it opens, in pixels
 WAITING = "Measured once the image at rest is there."
 MEASURING = "Measuring {} of {} …"
 MEASURED = "Measured in this scene, with {} × {} pixels at rest."
@@ -129,8 +133,45 @@ WIDEST, UNKNOWN = "999 / s, error .0000", "speed"
 """The longest text, so that nothing moves as it changes, and the text without numbers."""
 
 NAMES = list(STOPS)  # of the stops, from left to right
+Stops = dict[Traded, list[Stop]]  # by the image that they lead to
 MARGIN = 10  # around the figures, in pixels
 LEAST_WIDTH = 34  # of a button in the bar, in pixels
+
+
+class TradePlot(pg.PlotWidget):  # type: ignore[misc]
+    """Error over time of images of all sizes while something moves; stops have their names."""
+
+    def __init__(self) -> None:
+        super().__init__(background=None)
+        self.setFixedHeight(PLOT_HEIGHT)
+        self.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
+        self.hideButtons()
+        for side, what in (("left", "error"), ("bottom", "milliseconds per image")):
+            self.setLabel(side, what)
+            self.getAxis(side).enableAutoSIPrefix(False)
+
+    def show_trade(self, found: Sequence[Traded], stops: Stops, chosen: Stop) -> None:
+        """Show what is measured, the chosen stop in the accent's colour."""
+        self.clear()
+        places = {image: (math.log10(image.seconds), image.error) for image in found}
+        at = np.reshape([*places.values()] or [(0.0, 1.0)], (-1, 2))
+        (first, top), (last, _) = at[0], at[-1]
+        times = [(places[image][0], f"{1e3 * image.seconds:.0f}") for image in stops]
+        errors = [(0.0, "0"), (top, error_text(top))]
+        for side, marks in (("bottom", times), ("left", errors)):
+            axis = self.getAxis(side)
+            axis.setTicks([marks if found else []])
+            axis.setTextPen(theme.DIM)
+        self.setXRange(first, last, padding=0.1)
+        self.setYRange(0, 1.5 * top)
+        self.plot(at[: len(found)], pen=theme.DIM, symbol="o", symbolSize=4, symbolBrush=theme.DIM)
+        for image, names in stops.items():
+            color = theme.CHANGE if chosen in names else theme.TEXT
+            self.plot(np.array([places[image]]), symbol="o", symbolSize=9, symbolBrush=color)
+            part = (places[image][0] - first) / max(last - first, 1e-9)
+            text = pg.TextItem(", ".join(names), color, anchor=(part, 1.3))
+            text.setPos(*places[image])
+            self.addItem(text)
 
 
 class TradePopover(QFrame):
@@ -142,7 +183,8 @@ class TradePopover(QFrame):
         self.setProperty("role", "mode card")
         self.setFixedWidth(POPOVER_WIDTH)
         self.setAccessibleName("Speed against accuracy")
-        self.status = QLabel()
+        self.status = label("", "dim")
+        self.plot = TradePlot()
         self.rows: dict[Stop, tuple[QLabel, QLabel, QLabel]] = {}
         """Labels of rate, error, and limits of the image at rest."""
         self._lay_out()
@@ -167,17 +209,19 @@ class TradePopover(QFrame):
         self._trade.watch(False)
 
     def refresh(self) -> None:
-        """Show the measurements so far."""
+        """Show what is measured by now."""
+        stops = self._trade.stops
+        measured = {name: image for image, names in stops.items() for name in names}
         for name, (rate, error, rest) in self.rows.items():
-            traded = self._trade.at(STOPS[name])
-            rate.setText("" if traded is None else rate_text(traded.seconds))
-            exact = traded is not None and traded.error < LEAST_SAID
-            error.setText("exact" if exact else "" if traded is None else error_text(traded.error))
+            image = measured.get(name)
+            rate.setText("" if image is None else rate_text(image.seconds))
+            exact = image is not None and image.error < LEAST_SAID
+            error.setText("exact" if exact else "" if image is None else error_text(image.error))
             rest.setText(self._rest_text(name))
-        if self._trade.found:
+        self.plot.show_trade(self._trade.found, stops, self._work.choices.stop)
+        if stops:
             pixels = self._work.raster
-            said = MEASURED.format(pixels.width, pixels.height)
-            self.status.setText(f"{said}{self._alike_text()}")
+            self.status.setText(MEASURED.format(pixels.width, pixels.height) + _alike_text(stops))
         elif self._trade.begun:
             self.status.setText(MEASURING.format(self._trade.begun, len(SCALES)))
         else:
@@ -188,38 +232,32 @@ class TradePopover(QFrame):
             return f"refined to {error_text(STOPS[name].error)}"
         return f"{self._work.resting_distance(name):g} voxel steps".removeprefix("0")
 
-    def _alike_text(self) -> str:
-        """Say which stops draw the same moving images here; empty if all differ."""
-        found = {name: self._trade.at(stop) for name, stop in STOPS.items()}
-        groups: dict[float, list[str]] = {}
-        for name, traded in found.items():
-            if traded is not None:
-                groups.setdefault(traded.scale, []).append(name.capitalize())
-        (alike,) = [names for names in groups.values() if len(names) > 1] or [[]]
-        finest = found["exact"]
-        if len(alike) == len(STOPS) and finest is not None:
-            return f"\nAll stops are the same here: all pixels at {rate_text(finest.seconds)}."
-        return f"\n{' and '.join(alike)} are the same here." if alike else ""
-
     def _lay_out(self) -> None:
-        title = QLabel("Speed against accuracy, while something moves")
-        title.setProperty("role", "title")
+        title = label("Speed against accuracy, while something moves", "title")
         grid = QGridLayout()
         grid.setHorizontalSpacing(14)
         grid.setVerticalSpacing(2)
         for place, text in enumerate(("", "moving", "error", "at rest")):
-            heading = QLabel(text)
-            heading.setProperty("role", "dim")
-            grid.addWidget(heading, 0, place)
+            grid.addWidget(label(text, "dim"), 0, place)
         for number, (name, stop) in enumerate(STOPS.items(), 1):
             labels = QLabel(), QLabel(), QLabel()
             self.rows[name] = labels
             what = QLabel(f"{name.capitalize()}, {pace_text(stop)}")
-            for place, label in enumerate((what, *labels)):
-                grid.addWidget(label, number, place)
+            for place, each in enumerate((what, *labels)):
+                grid.addWidget(each, number, place)
         grid.setColumnStretch(0, 1)
-        self.status.setProperty("role", "dim")
-        fill(QVBoxLayout(self), title, grid, self.status, margins=(12, 10, 12, 10), spacing=6)
+        parts = title, grid, self.plot, self.status
+        fill(QVBoxLayout(self), *parts, margins=(12, 10, 12, 10), spacing=6)
+
+
+def _alike_text(stops: Stops) -> str:
+    """Say which stops draw the same here while something moves; empty if all differ."""
+    for image, names in stops.items():
+        if len(names) == len(STOPS):
+            return f"\nAll stops are the same here: all pixels at {rate_text(image.seconds)}."
+        if len(names) > 1:
+            return f"\n{' and '.join(map(str.capitalize, names))} are the same here."
+    return ""
 
 
 class ExactnessSlider(QWidget):
@@ -229,7 +267,7 @@ class ExactnessSlider(QWidget):
         super().__init__()
         self._work = work
         self._line: FidelityLine | None = None
-        self._ends = [QLabel("fast"), QLabel("exact")]
+        self._ends = [label("fast", "dim"), label("exact", "dim")]
         self._is_folded = False
         self.slider = QSlider(Qt.Orientation.Horizontal)
         WheelGuard(self.slider)
@@ -240,8 +278,6 @@ class ExactnessSlider(QWidget):
         self.slider.setTracking(False)
         self.slider.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self.figures = text_button("", "", lambda: self.popover.open_below(self.figures), "flat")
-        for label in self._ends:
-            label.setProperty("role", "dim")
         fast, exact = self._ends
         row = QHBoxLayout(self)
         fill(row, fast, self.slider, exact, self.figures, margins=(4, 0, 4, 0), spacing=6)
@@ -264,8 +300,8 @@ class ExactnessSlider(QWidget):
     def set_folded(self, folded: bool) -> None:
         """Hide words and numbers, or show them again."""
         self._is_folded = folded
-        for label in self._ends:
-            label.setVisible(not folded)
+        for end in self._ends:
+            end.setVisible(not folded)
         widest = UNKNOWN if folded else WIDEST
         width = self.fontMetrics().horizontalAdvance(widest) + MARGIN
         self.figures.setFixedWidth(max(width, LEAST_WIDTH))

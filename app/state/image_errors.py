@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from PySide6.QtCore import QObject, Signal
 
 from app.engines.client import Channel, EngineClient, EngineState
-from app.engines.exactness import GOOD_ENOUGH, Exactness, distance
+from app.engines.exactness import GOOD_ENOUGH, STOPS, Exactness, Stop, distance
 from app.engines.messages import Result
 from app.engines.pace import SCALES
 from app.engines.requests import Image, ImageRequest, Request, TradeRequest
@@ -186,10 +186,15 @@ class TradeWork(QObject):
         else:
             self._end()
 
-    def at(self, stop: Exactness) -> Traded | None:
-        """Return the image of a stop: the finest in its time, or the fastest."""
-        fast = [each for each in self.found if each.seconds <= stop.live_seconds]
-        return fast[-1] if fast else next(iter(self.found), None)
+    @property
+    def stops(self) -> dict[Traded, list[Stop]]:
+        """Stops by their image: the finest in their time, or the fastest."""
+        stops: dict[Traded, list[Stop]] = {}
+        for name, stop in STOPS.items():
+            fast = [each for each in self.found if each.seconds <= stop.live_seconds]
+            for image in fast[-1:] or self.found[:1]:
+                stops.setdefault(image, []).append(name)
+        return stops
 
     def _follow(self, state: EngineState) -> None:
         if state is EngineState.SETTLED:

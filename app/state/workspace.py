@@ -268,10 +268,9 @@ class Workspace(QObject):
             self._report_settled()
 
     def say_progress(self, text: str) -> None:
-        """Show what is being read: in the status line, and instead of a missing image."""
-        if self.opened is None:
-            self._clients.reference.wait(text)
-        self.news.emit(text)
+        """Show what is being read: in the status line, or instead of a missing image."""
+        say = self._clients.reference.wait if self.opened is None else self.news.emit
+        say(text)
 
     def _start_memory(self, opened: OpenedVolume, is_next: bool) -> VolumeMemory:
         """Show regions and brightness of another volume, and keep its changes from now on."""

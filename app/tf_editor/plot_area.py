@@ -142,7 +142,9 @@ class PlotArea(QObject):
             where = cast(QHelpEvent, event)
             said = self._said_at(where.pos())
             if said:
-                QToolTip.showText(where.globalPos(), said, self.widget)
+                # Below the plot, of which it would hide the place that it is about.
+                below = QPoint(where.pos().x(), self.rect.bottom())
+                QToolTip.showText(self.widget.viewport().mapToGlobal(below), said, self.widget)
                 return True
         return False
 

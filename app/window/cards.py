@@ -314,9 +314,10 @@ class CropCard(Card):
         # A press beside the handle moves it first.
         finish = partial(self._state.clip_input.finish, merge_key="clipping plane")
         offset.sliderReleased.connect(finish)
-        buttons = self.face, self.flip, self.uncut
-        plane = fill(QHBoxLayout(), QLabel("Plane"), offset, *buttons, spacing=6)
-        fill(QVBoxLayout(self), head, rows, plane, margins=(12, 6, 8, 8), spacing=4)
+        rows.addWidget(QLabel("Plane"), 3, 0)
+        rows.addWidget(offset, 3, 1, 1, 3)
+        buttons = fill(QHBoxLayout(), 0, self.face, self.flip, self.uncut, spacing=6)
+        fill(QVBoxLayout(self), head, rows, buttons, margins=(12, 6, 8, 8), spacing=4)
 
     def _name(self) -> None:
         for axis, count in enumerate(self._dimensions):

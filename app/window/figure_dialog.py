@@ -37,10 +37,9 @@ LONGER_SIDES = (512, 1024, 1920, 2048, 4096, 8192)
 SAMPLES = (1, 4, 16, 64, 256, 1024)  # samples of each pixel that path-traced figures may have
 SHORTEST, LONGEST, HIGHEST_RATE = 0.5, 600.0, 60  # seconds, and frames per second
 BYTES_PER_PIXEL = 20  # memory of a rendering and of the figure made from it
-PREVIEW = 300  # side of the preview, in pixels
+PREVIEW = 440, 260  # width and height of the preview, in pixels
 
 _OWN_SIZE, _OTHER_COLOR = "Custom size", "Other colour…"
-
 _COLORS: dict[str, Background | None] = {
     "Transparent": None,
     "Black": BLACK,
@@ -80,8 +79,8 @@ class FigureDialog(QDialog):
         self.samples_box = _samples_box(begin.samples) if begin.samples else None
         self._memory = label("", "dim")
         self._picture = label("Drawing …", "dim")
-        self._picture.setAlignment(Qt.AlignmentFlag.AlignCenter)
-        self._picture.setFixedSize(PREVIEW, PREVIEW)
+        self._picture.setAlignment(Qt.AlignmentFlag.AlignTop | Qt.AlignmentFlag.AlignHCenter)
+        self._picture.setFixedSize(*PREVIEW)
         self._picture.setAccessibleName("Preview")
         self._lay_out()
         self._show(begin)
@@ -104,7 +103,7 @@ class FigureDialog(QDialog):
     def show_preview(self, picture: QImage) -> None:
         """Show the figure, small."""
         keep, how = Qt.AspectRatioMode.KeepAspectRatio, Qt.TransformationMode.SmoothTransformation
-        self._picture.setPixmap(QPixmap.fromImage(picture.scaled(PREVIEW, PREVIEW, keep, how)))
+        self._picture.setPixmap(QPixmap.fromImage(picture.scaled(*PREVIEW, keep, how)))
 
     def _side(self, name: str) -> WholeNumberBox:
         box = WholeNumberBox()

@@ -440,7 +440,7 @@ class FigureSaving(QObject):
         return {"generator": (both.drawn, 1.0), "reference": (both.truth, 1.0)}
 
     def _ask_for_preview(self, dialog: FigureDialog, choice: FigureChoice) -> None:
-        scale = PREVIEW * ENLARGED / max(choice.width, choice.height)
+        scale = ENLARGED * min(PREVIEW[0] / choice.width, PREVIEW[1] / choice.height)
         width, height = (max(round(scale * side), 1) for side in (choice.width, choice.height))
         small = replace(choice, width=width, height=height)
         state = self._context.state

@@ -30,10 +30,9 @@ from app.window.volume_dialogs import ContentsDialog, LabelsDialog, PropertiesDi
 from model.errors import TfscopeError, TransferFunctionError, VolumeError
 from model.networks.card import MODEL_FILE
 from model.scene.mask import Mask
-from model.scene.ranges import RangeChoice
 from model.scene.scene import Scene
 from model.scene.transfer_function import TransferFunction
-from model.scene.value_scale import ValueScale, values_at
+from model.scene.value_scale import values_at
 from model.sensitivity.result import NUMBER_SUFFIXES, SensitivityResult, save_numbers
 from model.volume_files.choice import Choice
 from model.volume_files.masks import SUFFIXES as MASK_SUFFIXES
@@ -105,16 +104,6 @@ class Files(QObject):
         """Ask for a file with a volume or a session and open it."""
         self.ask("Open volume or session", OPEN_FILTER, self.open)
 
-    def start_with(
-        self,
-        path: Path,
-        scalar_range: RangeChoice | None,
-        choice: Choice | None,
-        scale: ValueScale | None = None,
-    ) -> None:
-        """Open the first volume of the window; see :meth:`open_volume`."""
-        self._read(path, choice, Wanted(scalar_range=scalar_range, scale=scale))
-
     def open_volume(
         self, path: Path, choice: Choice | None = None, model: Path | None = None
     ) -> None:
@@ -130,7 +119,7 @@ class Files(QObject):
             if layout is None:
                 return
             self._raw_layout = path, layout
-        self._read(path, choice, Wanted(layout, model=model))
+        self.read(path, choice, Wanted(layout, model=model))
 
     def open_model(self, folder: Path, volume: Path | None = None) -> None:
         """Open a valid model, with its volume if that exists.
@@ -273,7 +262,8 @@ class Files(QObject):
         self._status.say("")  # nothing is read any more
         self._context.fail(text, KEY)
 
-    def _read(self, path: Path, choice: Choice | None, wanted: Wanted) -> None:
+    def read(self, path: Path, choice: Choice | None, wanted: Wanted) -> None:
+        """Open a volume, or of several in a file the one that is chosen or was before."""
         last = self._preferences.volume_at(path).choice
         known = Choice.parse(last) if choice is None and last else choice
         self._choice = None if known is None else (path, known)

@@ -320,6 +320,7 @@ class MainWindow(WindowParts):
         self.browser.units = volume.units
         self.overlays.start_volume(Subject(volume.units, Scale.of(volume, opened.shown)))
         self.tools.setEnabled(True)
+        self.reference.caption.show()
         self.status.start_volume()
         self.crop_card.set_volume(volume.dimensions)
         for handles in self.crop_handles:

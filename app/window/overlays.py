@@ -22,13 +22,7 @@ from app.sensitivity_view.field_cover import paint_bar
 from app.state.edited_tf import PaneName
 from app.state.settings import BackgroundChoice, DifferenceChoice
 from app.window.context import Context
-from app.window.figure import (
-    Comparison,
-    Image,
-    Marks,
-    Subject,
-    legend_of,
-)
+from app.window.figure import Comparison, Image, Marks, Subject, legend_of
 from model.errors import missing
 from model.scene.inputs import SceneInputs
 from model.scene.transfer_function import OpacityTF, TransferFunction

@@ -71,21 +71,15 @@ class SlicePreview(QLabel):
         if self.image is not None:
             keep = Qt.AspectRatioMode.KeepAspectRatio
             size = self._proportions.scaled(QSizeF(self.size()), keep).toSize()
-            shown = self.image.scaled(
-                size.expandedTo(QSize(1, 1)),
-                Qt.AspectRatioMode.IgnoreAspectRatio,
-                Qt.TransformationMode.SmoothTransformation,
-            )
+            how = Qt.AspectRatioMode.IgnoreAspectRatio, Qt.TransformationMode.SmoothTransformation
+            shown = self.image.scaled(size.expandedTo(QSize(1, 1)), *how)
             self.setPixmap(QPixmap.fromImage(shown))
 
 
 MOST_VOXELS = 100_000  # largest dimension that can be typed
 MOST_SKIPPED = 2**31 - 1  # most bytes that can be skipped
-
 ORDERS: dict[ByteOrder, str] = {"little": "Little endian", "big": "Big endian"}
-
 UNKNOWN = RawLayout((256, 256, 256), "uint8")  # if neither name nor size gives a layout
-
 Previews = tuple[RawLayout, list[NDArray[np.uint8]]]
 
 
@@ -178,13 +172,10 @@ class RawDialog(QDialog):
         column.addWidget(self._buttons)
 
     def _connect(self) -> None:
-        for changed in (
-            *(box.valueChanged for box in self.dimension_boxes),
-            *(box.valueChanged for box in self.spacing_boxes),
-            self.offset_box.valueChanged,
-            self.type_box.activated,
-            self.order_box.activated,
-        ):
+        numbers = *self.dimension_boxes, self.offset_box
+        changes = *(box.valueChanged for box in numbers), self.type_box.activated
+        spacing = (box.valueChanged for box in self.spacing_boxes)
+        for changed in (*changes, self.order_box.activated, *spacing):
             changed.connect(lambda _value: self._check())
 
     def _show_layout(self, layout: RawLayout) -> None:
@@ -205,9 +196,8 @@ class RawDialog(QDialog):
 
     def _show_previews(self, previews: Previews) -> None:
         layout, levels = previews
-        lengths = [
-            n * s for n, s in zip(layout.dimensions, layout.spacing or (1, 1, 1), strict=True)
-        ]
+        spacing = layout.spacing or (1, 1, 1)
+        lengths = [n * s for n, s in zip(layout.dimensions, spacing, strict=True)]
         for axis, (widget, picture) in enumerate(zip(self.slices, levels, strict=True)):
             width, height = (length for k, length in enumerate(lengths) if k != axis)
             widget.show_slice(picture, width, height)

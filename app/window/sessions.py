@@ -12,13 +12,7 @@ from PySide6.QtCore import QObject
 from app.controls import Action
 from app.engines.background import LatestCall
 from app.state.opened_volume import OpenedVolume
-from app.state.session import (
-    SUFFIX,
-    Session,
-    SessionContent,
-    SessionError,
-    kept_mask,
-)
+from app.state.session import SUFFIX, Session, SessionContent, SessionError, kept_mask
 from app.state.settings import ImageSettings, SessionSettings, part_of
 from app.state.volume_opening import Wanted
 from app.window.context import VOLUME_FILTER, Context, ask_for_file, ask_for_place, proposed_name

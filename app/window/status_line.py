@@ -17,13 +17,10 @@ from app.state.sensitivity_state import SensitivityState
 from app.state.viewer_state import ViewerState
 from app.window.help_pages import status_keys
 
-HEIGHT = 24
-
+HEIGHT = 24  # in pixels
 NEWS_MS = 5_000  # time for which a sentence stays unless it is replaced
 PENDING = "…"  # end of sentences about running work: they stay until the next one
-
-PREPARED_WIDTH = 240
-
+PREPARED_WIDTH = 240  # of the progress of compiling, in pixels
 NARROW = 1180  # width in pixels below which the view's numbers are hidden
 
 
@@ -113,6 +110,7 @@ class StatusLine(QStatusBar):
     def start_volume(self) -> None:
         """Show the keys of images and plot, now that there is a volume."""
         self._is_empty = False
+        self._view.setVisible(self.width() >= NARROW)
         self._name_keys()
 
     def _name_keys(self) -> None:
@@ -134,7 +132,7 @@ class StatusLine(QStatusBar):
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Hide the view's numbers if there is no room for them."""
         super().resizeEvent(event)
-        self._view.setVisible(self.width() >= NARROW)
+        self._view.setVisible(self.width() >= NARROW and not self._is_empty)
 
     def changeEvent(self, event: QEvent) -> None:
         """Update the keys' colours after a change of theme."""

@@ -215,9 +215,7 @@ class LabelsDialog(QDialog):
 
 
 def _size_label(contents: list[Content]) -> QLabel:
-    first = contents[0]
-    size = readable_size(first.nbytes)
-    voxels = _crossed(times(first.dimensions))
+    size, voxels = readable_size(contents[0].nbytes), _crossed(times(contents[0].dimensions))
     return label(f"{len(contents)} of {voxels} voxels, {size} each", "dim")
 
 

@@ -85,6 +85,7 @@ class WindowParts(QMainWindow):
         self.crop_card = CropCard(self.state)
         self.tools = ToolStrip(self.sensitivity_state)
         self.tools.setEnabled(False)
+        self.reference.caption.hide()
 
     def _lay_out(self) -> None:
         work = self.workspace.reference

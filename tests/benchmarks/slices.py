@@ -2,26 +2,15 @@
 
 import time
 from functools import partial
-from pathlib import Path
 from tempfile import TemporaryDirectory
 
-import numpy as np
 from PySide6.QtCore import QPointF
 from PySide6.QtWidgets import QApplication
 
 from tests.app.mouse_events import wheel
 from tests.benchmarks.motion import PATIENCE_S, close_window, opened_window, run, windows_here
+from tests.benchmarks.opening import made
 from tests.benchmarks.rows import options, parsed, print_rows
-
-
-def written(folder, side):
-    """A raw volume of short integers, in which no two slices are alike."""
-    path = Path(folder) / f"ramp_{side}x{side}x{side}_int16.raw"
-    ramp = np.linspace(-1000, 1000, side**2, dtype=np.int16).reshape(side, side)
-    with path.open("wb") as file:
-        for number in range(side):
-            file.write(np.roll(ramp, 7 * number * side + 3 * number).tobytes())
-    return path
 
 
 def scrolled(view, seconds, step):
@@ -41,7 +30,7 @@ def main(arguments=None):
     parser = options(__doc__, seconds=5.0, side=512)
     asked = parsed(parser, arguments)
     with windows_here(), TemporaryDirectory() as folder:
-        path = asked.volume[0] if asked.volume else written(folder, asked.side)
+        path = asked.volume[0] if asked.volume else made(folder, asked.side, "int16")
         window = opened_window(path)
         run(PATIENCE_S, lambda: window.workspace.opened is not None)
         run(PATIENCE_S, lambda: window.workspace.is_settled)

@@ -1,6 +1,8 @@
+import numpy as np
 import pytest
 
 from tests.benchmarks import extremes, motion, networks, path_light, renderers, sensitivity, slices
+from tests.benchmarks.opening import distinct
 
 
 @pytest.fixture(scope="module")
@@ -44,3 +46,8 @@ def test_extremes_are_written_into_their_page_and_nothing_is_infinite(kinds, row
 def test_scrolled_slices_are_counted(capsys, qapp):
     slices.main(["--side", "16", "--seconds", "0.1"])
     assert "overlay" in capsys.readouterr().out
+
+
+def test_pictures_that_all_differ_are_counted():
+    gray = [np.full((4, 4, 3), level) for level in (0, 0.04, 0.08, 0.3, 0.31)]
+    assert distinct(gray) == 3

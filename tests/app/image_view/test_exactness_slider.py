@@ -2,13 +2,13 @@ import math
 from dataclasses import replace
 
 import numpy as np
+import pyqtgraph as pg
 import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 from rested_window import act_until, rested
 from window_fakes import FakeEngine, make_request
 
-from app.engines.exactness import STOPS
 from app.engines.pace import SCALES
 from app.engines.requests import TradeRequest
 from app.image_view.exactness_slider import WAITING, FidelityLine
@@ -100,9 +100,18 @@ def test_all_stops_are_measured_while_it_is_open(qtbot, make_window, builders):
     trade.found = tuple(
         replace(each, seconds=s) for each, s in zip(trade.found, seconds, strict=True)
     )
-    chosen = [trade.at(stop) for stop in STOPS.values()]
-    assert [each and each.seconds for each in chosen] == [0.02, 0.06, 0.5]
-    assert trade.at(replace(STOPS["fast"], live_seconds=0.001)) == trade.found[0]
+    assert {image.seconds: names for image, names in trade.stops.items()} == {
+        0.02: ["fast"], 0.06: ["balanced"], 0.5: ["exact"],
+    }  # fmt: skip
+    popover.refresh()
+    texts = [each for each in popover.plot.items() if isinstance(each, pg.TextItem)]
+    marked = {each.toPlainText(): each.pos() for each in texts}
+    assert {name: round(10 ** at.x(), 3) for name, at in marked.items()} == {
+        "fast": 0.02, "balanced": 0.06, "exact": 0.5,
+    }  # fmt: skip
+    assert marked["fast"].y() == pytest.approx(trade.found[1].error)
+    trade.found = slow = trade.found[0], replace(trade.found[1], seconds=0.2)
+    assert trade.stops == {slow[0]: ["fast", "balanced"], slow[1]: ["exact"]}
     # An edit ends it, and rest begins it anew while it is open.
     window.state.move_view(View(40, 20))
     assert trade.found == () and not trade.begun

@@ -314,12 +314,13 @@ def test_a_window_without_a_volume_offers_some(qtbot, make_window, builders):
     assert not window.tools.isEnabled() and not window.editor.isEnabled()
     assert not any(cube.isVisible() for cube in window.findChildren(OrientationCube))
     assert window.status.keys == "[Ctrl O] open a volume"
+    assert not window.reference.caption.isVisible() and not window.status._view.isVisible()
     name = shipped_volumes()[0].stem
     builders.volumes[name] = make_volume(name)
     card.samples[0].click()
     qtbot.waitUntil(lambda: window.workspace.is_settled)
     assert window.windowTitle().startswith(name)
-    assert card.isHidden() and window.tools.isEnabled()
+    assert card.isHidden() and window.tools.isEnabled() and window.reference.caption.isVisible()
     assert window.status.keys.startswith("[Drag] turn")
     assert any(cube.isVisible() for cube in window.findChildren(OrientationCube))
     # One that is there stays when another one cannot be read.
