@@ -26,10 +26,9 @@ from app.state.window_start import WindowStart
 from app.window.main_window import MainWindow
 from model.errors import CheckpointError
 from model.kernel_cache import KernelGroup
-from model.scene.transfer_function import TransferFunction
 from model.scene.view import View
 from model.volume_files import read_volume
-from model.volume_files.shipped import RESOURCES, SAMPLES
+from model.volume_files.shipped import SAMPLES
 
 START = WindowStart(Path("ramp"), Path("model"))
 
@@ -62,11 +61,10 @@ def test_the_window_starts_as_it_is_told(builders, tmp_path):
         assert engine.requests[-1].inputs.transfer_function == tf
 
 
-@pytest.mark.parametrize("file", [None, *SAMPLES])
-def test_each_shipped_volume_opens_with_its_tf_view_and_light(builders, tmp_path, file):
-    sample, path = SAMPLES.get(file), RESOURCES / "volumes" / str(file)
+@pytest.mark.parametrize("sample", [None, *SAMPLES])
+def test_each_shipped_volume_opens_with_its_tf_view_and_light(builders, tmp_path, sample):
     if sample is not None:
-        builders.volumes["sample"] = read_volume(path)
+        builders.volumes["sample"] = read_volume(sample.path)
     start = WindowStart(Path("ramp" if sample is None else "sample"))
     for asked, lighting in ((None, sample.lighting if sample else "soft"), ("direct", "direct")):
         start = replace(start, lighting=asked)
@@ -74,7 +72,7 @@ def test_each_shipped_volume_opens_with_its_tf_view_and_light(builders, tmp_path
         assert builders.settings[-1].lighting == lighting
     if sample is not None:
         inputs = builders.references[-1].requests[-1].inputs
-        assert inputs.transfer_function == TransferFunction.load(path.with_suffix(".tf.json"))
+        assert inputs.transfer_function == sample.tf
         assert inputs.light == sample.light
         assert (inputs.view.azimuth, inputs.view.elevation) == pytest.approx(sample.angles)
 
