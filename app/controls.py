@@ -36,6 +36,7 @@ from PySide6.QtWidgets import (
     QFrame,
     QLabel,
     QLayout,
+    QLineEdit,
     QMenu,
     QPushButton,
     QSizePolicy,
@@ -206,6 +207,18 @@ def announce(widget: QWidget, text: str, at_once: bool = False) -> None:
 _Button = TypeVar("_Button", bound=QAbstractButton)
 
 
+_Widget = TypeVar("_Widget", bound=QWidget)
+
+
+def named(widget: _Widget, name: str = "", tip: str = "") -> _Widget:
+    """Give a widget its accessible name, or its tooltip, or both; return it."""
+    if name:
+        widget.setAccessibleName(name)
+    if tip:
+        widget.setToolTip(tip)
+    return widget
+
+
 def clicked(button: _Button, slot: Callable[[], object]) -> _Button:
     """Connect a button to a function without Qt's `checked` argument; return the button."""
     button.clicked.connect(lambda _checked=False: slot())
@@ -234,9 +247,7 @@ def answer_box(
 
 def form(*rows: tuple[str, QWidget | QLayout]) -> QFormLayout:
     """Return rows of names and fields."""
-    made = QFormLayout()
-    made.setVerticalSpacing(8)
-    made.setHorizontalSpacing(16)
+    made = QFormLayout(verticalSpacing=8, horizontalSpacing=16)
     for name, field in rows:
         made.addRow(name, field)
     return made
@@ -244,8 +255,7 @@ def form(*rows: tuple[str, QWidget | QLayout]) -> QFormLayout:
 
 def table(name: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> QTableWidget:
     """Return a read-only table of texts, in which whole rows are selected."""
-    made = QTableWidget(len(rows), len(columns))
-    made.setAccessibleName(name)
+    made = named(QTableWidget(len(rows), len(columns)), name)
     made.setHorizontalHeaderLabels(columns)
     made.verticalHeader().hide()
     made.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
@@ -266,10 +276,9 @@ def rule(height: int = 20) -> QFrame:
     return line
 
 
-def label(text: str, role: Literal["title", "dim"]) -> QLabel:
-    """Return a plain label in the style of its role."""
-    made = QLabel(text)
-    made.setTextFormat(Qt.TextFormat.PlainText)
+def label(text: str, role: Literal["title", "dim"], wraps: bool = False) -> QLabel:
+    """Return a plain label in the style of its role, in one line unless it wraps."""
+    made = QLabel(text, textFormat=Qt.TextFormat.PlainText, wordWrap=wraps)
     made.setProperty("role", role)
     return made
 
@@ -284,6 +293,11 @@ class Card(QFrame):
         self.setCursor(Qt.CursorShape.ArrowCursor)
 
 
+def search_field(name: str) -> QLineEdit:
+    """Return an empty field for words to search for."""
+    return named(QLineEdit(placeholderText="Search", clearButtonEnabled=True), name)
+
+
 def list_box() -> QComboBox:
     """Return an empty combo box; the wheel changes it only while it has the focus."""
     box = QComboBox()
@@ -295,9 +309,8 @@ def text_button(
     text: str, tip: str, slot: Callable[[], object] | None = None, role: str = ""
 ) -> QToolButton:
     """Return a small button that takes no focus, so that keys such as W still reach the window."""
-    button = QToolButton()
+    button = named(QToolButton(), tip=tip)
     button.setText(text)
-    button.setToolTip(tip)
     if role:
         button.setProperty("role", role)
     if slot is not None:

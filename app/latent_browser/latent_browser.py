@@ -12,7 +12,7 @@ from PySide6.QtGui import QKeyEvent, QKeySequence, QResizeEvent, QShortcut
 from PySide6.QtWidgets import QHBoxLayout, QLineEdit, QMenu, QPushButton, QToolButton, QWidget
 
 from app import theme
-from app.controls import add_choices, fill, show_tips
+from app.controls import add_choices, fill, named, show_tips
 from app.engines.client import EngineState
 from app.icons import IconButton, icon
 from app.image_view.engine_pane import EnginePane
@@ -57,9 +57,7 @@ class BrowserBar(QWidget):
         tip = "The map of all TFs, and a picture of each of its cells"
         self.map = IconButton("browse", "Map", tip=tip, text="Map")
         self.map.setCheckable(True)
-        self.band = QLineEdit()
-        self.band.setPlaceholderText("Find values …")
-        self.band.setClearButtonEnabled(True)
+        self.band = QLineEdit(placeholderText="Find values …", clearButtonEnabled=True)
         self.band.setAccessibleName("Shows values")
         self.band.setToolTip(
             "Type scalar values, such as 90 to 120 (Ctrl+F). Pictures that show none of them fade."
@@ -69,8 +67,7 @@ class BrowserBar(QWidget):
         self._eye = self.band.addAction(icon("eye"), QLineEdit.ActionPosition.LeadingPosition)
         QShortcut(QKeySequence("Ctrl+F"), self, self.band.setFocus)
         self.reset = IconButton("home", "Whole map", "Home")
-        self.stop = QPushButton("Stop")
-        self.stop.setToolTip("Stop the computation of the map (Escape)")
+        self.stop = named(QPushButton("Stop"), tip="Stop the computation of the map (Escape)")
         self.stop.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self.more = IconButton("more", "Codec")  # shown where a model fits the volume
         menu = QMenu(self.more)

@@ -22,7 +22,7 @@ from PySide6.QtWidgets import (
 from superqt import QDoubleRangeSlider, QDoubleSlider
 
 from app import theme
-from app.controls import Card, WheelGuard, clicked, fill, label, picture_icon, picture_tip
+from app.controls import Card, WheelGuard, clicked, fill, label, named, picture_icon, picture_tip
 from app.engines.background import Pause
 from app.engines.client import EngineState
 from app.icons import IconButton
@@ -46,8 +46,8 @@ class EmptyCard(Card):
     def __init__(self, context: Context, files: Files) -> None:
         super().__init__(context.reference.canvas)
         self._pane, self._workspace = context.reference, context.workspace
-        self.open = clicked(QPushButton("Open…"), files.ask_and_open)
-        self.open.setToolTip("Open a volume's file (Ctrl+O)")
+        button = named(QPushButton("Open…"), tip="Open a volume's file (Ctrl+O)")
+        self.open = clicked(button, files.ask_and_open)
         self.samples: list[QToolButton] = []
         for path in shipped_volumes():
             title, open_it = title_of(path), partial(files.open_volume, path)
@@ -88,12 +88,11 @@ class EmptyCard(Card):
 
 
 def _picture_button(text: str, name: str, size: int, slot: Callable[[], object]) -> QToolButton:
-    button = clicked(QToolButton(), slot)
+    button = named(QToolButton(), name)
     button.setText(text)
-    button.setAccessibleName(name)
     button.setIconSize(QSize(size, size))
     button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextUnderIcon)
-    return button
+    return clicked(button, slot)
 
 
 ICON, PICTURE = 40, 200  # sides of the pictures on the buttons and next to the mouse, in pixels
@@ -305,8 +304,8 @@ class CropCard(Card):
                 box.valueChanged.connect(partial(self._type, axis, side))
         offset = self.offset
         offset.setRange(-1.0, 1.0)
-        offset.setToolTip("Move the plane along its normal")
-        offset.setAccessibleName("Place of the clipping plane along its normal")
+        name = "Place of the clipping plane along its normal"
+        named(offset, name, "Move the plane along its normal")
         offset.setSingleStep(0.01)
         offset.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         WheelGuard(offset)
@@ -367,8 +366,7 @@ class CropCard(Card):
 
 def _button(text: str, tip: str, slot: Callable[[], object]) -> QPushButton:
     """A button that takes no focus, so that keys such as W stay the window's."""
-    button = clicked(QPushButton(text), slot)
-    button.setToolTip(tip)
+    button = clicked(named(QPushButton(text), tip=tip), slot)
     button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
     return button
 

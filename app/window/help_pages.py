@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from PySide6.QtWidgets import QDialog, QLineEdit, QWidget
+from PySide6.QtWidgets import QDialog, QWidget
 
+from app.controls import search_field
 from app.glosses import open_page
 
 KEYS_WIDTH = 310  # width of the column of keys in pixels, equal in all areas
@@ -142,10 +143,7 @@ Rendering</i>, IEEE TVCG 2018. The ground truth is rendered by VTK or by
 
 def show_gestures(window: QWidget) -> QDialog:
     """Show all keys and gestures, with a search field."""
-    wanted = QLineEdit()
-    wanted.setPlaceholderText("Search")
-    wanted.setAccessibleName("Search keys and gestures")
-    wanted.setClearButtonEnabled(True)
+    wanted = search_field("Search keys and gestures")
     page, dialog = open_page(window, "Keys and gestures", help_text(), wanted)
     wanted.textChanged.connect(lambda text: page.setHtml(help_text(text)))
     wanted.setFocus()

@@ -20,7 +20,7 @@ from PySide6.QtWidgets import (
 )
 
 from app import theme
-from app.controls import answer_box, fill, form, label, list_box
+from app.controls import answer_box, fill, form, label, list_box, named
 from app.engines.background import LatestCall
 from app.number_box import NumberBox, WholeNumberBox
 from model.volume_files.checks import readable_size
@@ -92,15 +92,15 @@ class RawDialog(QDialog):
 
     def __init__(self, path: Path, parent: QWidget | None = None) -> None:
         super().__init__(parent)
+        self.setWindowTitle(f"Open raw file {path.name}")
         self._path = path
         self._present = file_size(path)
-        self.setWindowTitle(f"Open raw file {path.name}")
         self.dimension_boxes = [WholeNumberBox() for _ in range(3)]
         self.type_box, self.order_box = list_box(), list_box()
         self.spacing_boxes = [NumberBox() for _ in range(3)]
         self.offset_box = WholeNumberBox()
         self.slices = [SlicePreview() for _ in "xyz"]
-        self.fit = QLabel()
+        self.fit = QLabel(wordWrap=True, textFormat=Qt.TextFormat.PlainText)
         self._buttons, self.open_button = answer_box(self, "Open")
         self._buttons.accepted.connect(self.accept)
         self._fill_boxes()
@@ -127,18 +127,17 @@ class RawDialog(QDialog):
     def _fill_boxes(self) -> None:
         for axis, box in zip("xyz", self.dimension_boxes, strict=True):
             box.setRange(2, MOST_VOXELS)
-            box.setToolTip(f"Voxels along {axis}" + ("; x is fastest" if axis == "x" else ""))
-            box.setAccessibleName(f"Voxels along {axis}")
+            name = f"Voxels along {axis}"
+            named(box, name, name + ("; x is fastest" if axis == "x" else ""))
             box.lineEdit().setTextMargins(6, 0, 6, 0)
         for axis, spacing_box in zip("xyz", self.spacing_boxes, strict=True):
             spacing_box.set_limits(1e-6, 1e6)
             spacing_box.setSingleStep(0.1)
             spacing_box.show_value(1.0)
-            spacing_box.setToolTip(f"Distance between voxels along {axis}, in any unit")
-            spacing_box.setAccessibleName(f"Spacing along {axis}")
+            tip = f"Distance between voxels along {axis}, in any unit"
+            named(spacing_box, f"Spacing along {axis}", tip)
         self.offset_box.setRange(0, min(self._present, MOST_SKIPPED))
-        self.offset_box.setToolTip("Bytes before the first voxel, such as a header")
-        self.offset_box.setAccessibleName("Header bytes")
+        named(self.offset_box, "Header bytes", "Bytes before the first voxel, such as a header")
         self.offset_box.lineEdit().setTextMargins(6, 0, 6, 0)
         self.type_box.addItems(list(dict.fromkeys(SCALAR_TYPES.values())))
         for order, text in ORDERS.items():
@@ -161,8 +160,6 @@ class RawDialog(QDialog):
             caption = label(f"Middle slice across {axis}", "dim")
             slices.addWidget(widget, 0, place)
             slices.addWidget(caption, 1, place, Qt.AlignmentFlag.AlignHCenter)
-        self.fit.setWordWrap(True)
-        self.fit.setTextFormat(Qt.TextFormat.PlainText)
         # Room for two lines, so that nothing moves while numbers are entered.
         self.fit.setMinimumHeight(2 * self.fit.fontMetrics().lineSpacing() + 2)
         self.fit.setAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignTop)

@@ -13,13 +13,12 @@ from PySide6.QtWidgets import (
     QComboBox,
     QDialog,
     QLabel,
-    QLineEdit,
     QPushButton,
     QVBoxLayout,
     QWidget,
 )
 
-from app.controls import clicked, close_box, fill, form, label, list_box
+from app.controls import clicked, close_box, fill, form, label, list_box, named, search_field
 from app.image_view.reference_controls import DRAWINGS, SIZES
 from app.state.settings import RecentKind, ThemeChoice
 from app.theme import apply_theme
@@ -48,18 +47,14 @@ class SettingsDialog(QDialog):
         self, context: Context, overlays: Overlays, actions: Sequence[QAction] = ()
     ) -> None:
         super().__init__(context.window)
+        self.setWindowTitle("Settings")
         self._context, self._overlays = context, overlays
         self._elsewhere = [*OTHERS, *_paths(actions)]
-        self.setWindowTitle("Settings")
-        self.search = QLineEdit()
-        self.search.setPlaceholderText("Search")
-        self.search.setAccessibleName("Search settings")
-        self.search.setClearButtonEnabled(True)
+        self.search = search_field("Search settings")
         self.search.textChanged.connect(self._filter)
         self._form = form()
         self._rows: list[tuple[QWidget, str, QLabel]] = []
-        self._others = label("", "dim")
-        self._others.setWordWrap(True)
+        self._others = label("", "dim", wraps=True)
         for title, settings in self._groups().items():
             group = label(title, "title")
             self._form.addRow(group)
@@ -111,10 +106,7 @@ class SettingsDialog(QDialog):
 
     def _add(self, group: QLabel, name: str, control: QWidget, explanation: str) -> None:
         control.setAccessibleName(name)
-        below = label(explanation, "dim")
-        below.setWordWrap(True)
-        row = QWidget()
-        row.setAccessibleName(name)
+        below, row = label(explanation, "dim", wraps=True), named(QWidget(), name)
         fill(QVBoxLayout(row), control, below, spacing=2)
         self._form.addRow(name, row)
         texts = [group.text(), name, explanation]

@@ -10,7 +10,7 @@ from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QLabel, QProgressBar, QStackedWidget, QStatusBar
 
 from app import theme
-from app.controls import ElidedLabel, announce, label
+from app.controls import ElidedLabel, announce, label, named
 from app.engines.background import Pause
 from app.number_box import MINUS, without_zero
 from app.state.sensitivity_state import SensitivityState
@@ -53,8 +53,8 @@ class StatusLine(QStatusBar):
             "View: direction, distance (1 shows the whole volume), and pan to the right and up (1 "
             "is half the shorter side of the image)"
         )
-        self._prepared = QProgressBar()
-        self._prepared.setToolTip("Renderers are compiled once per data type and light")
+        tip = "Renderers are compiled once per data type and light"
+        self._prepared = named(QProgressBar(), tip=tip)
         self._prepared.setFixedSize(PREPARED_WIDTH, HEIGHT - 6)
         self._prepared.hide()
         self.addWidget(self._left, 1)

@@ -28,8 +28,7 @@ class TopBar(QWidget):
         self.setProperty("role", "bar")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         self.setFixedHeight(HEIGHT)
-        self.menu_bar = QMenuBar()
-        self.menu_bar.setNativeMenuBar(False)
+        self.menu_bar = QMenuBar(nativeMenuBar=False)
         self.menus = IconButton("menu", "Menus", "F10")
         self.menus.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
         self.volume = CaptionButton()
@@ -46,9 +45,7 @@ class TopBar(QWidget):
         QShortcut(QKeySequence("F10"), self).activated.connect(self.open_menus)
         self._comparison = [self.compare, self.difference, rule()]
         self.is_folded: bool | None = None  # whether the menus are behind one button
-        row = QHBoxLayout(self)
-        row.setContentsMargins(8, 0, 8, 0)
-        row.setSpacing(4)
+        row = fill(QHBoxLayout(self), margins=(8, 0, 8, 0), spacing=4)
         left: list[QWidget] = [self.menus, self.menu_bar, rule(), self.volume]
         for widget in left:
             row.addWidget(widget, 0, Qt.AlignmentFlag.AlignVCenter)

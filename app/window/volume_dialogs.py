@@ -26,7 +26,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.controls import answer_box, clicked, close_box, fill, form, label, table
+from app.controls import answer_box, clicked, close_box, fill, form, label, named, table
 from model.errors import VolumeError
 from model.scene.volume import ChoiceKind, Content, Volume
 from model.volume_files.checks import readable_size, times
@@ -61,8 +61,8 @@ class ContentsDialog(QDialog):
         parent: QWidget | None = None,
     ) -> None:
         super().__init__(parent)
-        self._open = open_it
         self.setWindowTitle(f"Contents of {name}")
+        self._open = open_it
         self._contents = tuple(contents)
         self._kinds = list(dict.fromkeys(content.kind for content in contents))
         self.tables: dict[str, QTableWidget] = {}
@@ -89,10 +89,8 @@ class ContentsDialog(QDialog):
 
     def _lay_out(self, name: str) -> None:
         column = fill(QVBoxLayout(self), margins=MARGINS, spacing=12)
-        text = QLabel(f"{name} holds more than one volume. Which one do you want to see?")
-        text.setTextFormat(Qt.TextFormat.PlainText)
-        text.setWordWrap(True)
-        column.addWidget(text)
+        text = f"{name} holds more than one volume. Which one do you want to see?"
+        column.addWidget(QLabel(text, textFormat=Qt.TextFormat.PlainText, wordWrap=True))
         rows = form()
         for kind in self._kinds:
             if kind in LISTED:
@@ -129,8 +127,7 @@ class ContentsDialog(QDialog):
         return made
 
     def _box(self, contents: list[Content], title: str) -> QComboBox:
-        box = QComboBox()
-        box.setAccessibleName(title)
+        box = named(QComboBox(), title)
         for content in contents:
             box.addItem(content.name)
             if content.is_read:
@@ -162,10 +159,9 @@ class LabelsDialog(QDialog):
         parent: QWidget | None = None,
     ) -> None:
         super().__init__(parent)
-        self._show, self._values = show, labels.values
         self.setWindowTitle(f"Labels of {labels.name}")
-        self.list = QListWidget()
-        self.list.setAccessibleName("Labels to show")
+        self._show, self._values = show, labels.values
+        self.list = named(QListWidget(), "Labels to show")
         for value in labels.values:
             number, *name = labels.names(value)
             item = QListWidgetItem(f"{name[0]} ({number})" if name else number, self.list)
@@ -179,8 +175,7 @@ class LabelsDialog(QDialog):
             button = buttons.addButton(text, QDialogButtonBox.ButtonRole.ActionRole)
             button.setAutoDefault(False)
             clicked(button, partial(self._check_all, is_on))
-        note = label(labels.note, "dim")
-        note.setWordWrap(True)
+        note = label(labels.note, "dim", wraps=True)
         note.setVisible(bool(labels.note))
         parts = QLabel("Only voxels of these labels are shown:"), self.list, note, buttons
         fill(QVBoxLayout(self), *parts, margins=MARGINS, spacing=12)
@@ -235,8 +230,8 @@ class PropertiesDialog(QDialog):
         parent: QWidget | None = None,
     ) -> None:
         super().__init__(parent)
-        self._read_again = read_again
         self.setWindowTitle(f"Properties of {volume.name}")
+        self._read_again = read_again
         self.rows = [("file", str(path)), *describe(volume)]
         content, rows = QWidget(), form()
         content.setLayout(rows)
@@ -246,8 +241,7 @@ class PropertiesDialog(QDialog):
         self.stretch.setAccessibleName("Stretch of z: 1 is as long as its spacing says")
         self.apply = clicked(QPushButton("Read again"), self._apply)
         self.apply.setEnabled(False)
-        self.problem = label("", "dim")
-        self.problem.setWordWrap(True)
+        self.problem = label("", "dim", wraps=True)
         self.problem.hide()
         for box in (self.spacing, self.stretch):
             box.setCursorPosition(0)
@@ -267,8 +261,7 @@ class PropertiesDialog(QDialog):
             by = Qt.TextInteractionFlag
             value.setTextInteractionFlags(by.TextSelectableByMouse | by.TextSelectableByKeyboard)
             rows.addRow(name.capitalize(), value)
-        area = QScrollArea()
-        area.setWidgetResizable(True)
+        area = QScrollArea(widgetResizable=True)
         area.setFrameShape(QScrollArea.Shape.NoFrame)
         area.setWidget(content)
         fill(QVBoxLayout(self), area, close_box(self), margins=MARGINS, spacing=6)
