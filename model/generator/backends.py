@@ -1,7 +1,7 @@
 """Backends for a generator's decoder: torch, or OpenVINO on CPUs.
 
 Torch computes the features of views and TFs; a backend decodes them into images. OpenVINO builds a
-model for single images, and one for :data:`TOGETHER` of them, when they first occur.
+model for single images, and one for :data:`TOGETHER` images, on first use.
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ from model.networks.names import BackendName, Precision
 Decode = Callable[..., tuple[Tensor, Tensor]]  # a function with the signature of `decode`
 
 TOGETHER = 4
-"""Images that are one call of OpenVINO: on 2 cores, 4 take less than 4 calls, 16 more than 4 of 4.
-Each other number would take seconds to build."""
+"""Images per call of OpenVINO: on 2 cores, 4 take less than 4 calls, 16 more than 4 of 4. Each
+other number would take seconds to build."""
 
 
 class Backend(NamedTuple):
@@ -36,7 +36,7 @@ class Backend(NamedTuple):
 
     @property
     def text(self) -> str:
-        """Name, and the precision if it is another than float32."""
+        """Name, with the precision unless it is float32."""
         return self.name if self.precision == "float32" else f"{self.name} {self.precision}"
 
 
@@ -44,7 +44,7 @@ EAGER = Backend("eager")  # Torch in float32, always available, and the referenc
 
 
 def obstacle(backend: Backend, device: torch.device) -> str | None:
-    """Return the reason that a backend cannot be used here, as a clause, or None."""
+    """Return why a backend is unavailable, as a clause, or None."""
     if backend.name == EAGER.name:
         return None
     if (clause := missing("openvino")) is not None:
@@ -63,7 +63,7 @@ def library_version(backend: Backend) -> str:
 
 @cache
 def _openvino_core() -> Any:
-    """Return the single OpenVINO core of this process: two would end in a segmentation fault."""
+    """Return the single OpenVINO core of this process, as two would crash it."""
     import openvino
 
     return openvino.Core()
@@ -77,7 +77,7 @@ def _knows_bfloat16() -> bool:
 def candidates(device: torch.device) -> list[Backend]:
     """Return the backends that can be used here, torch last.
 
-    OpenVINO's bfloat16 rounds images by some 1/255: a network's own error is many times that.
+    OpenVINO's bfloat16 rounds images by a few 1/255, far less than a network's error.
     """
     offered = Backend("openvino", "bfloat16"), Backend("openvino"), EAGER
     return [backend for backend in offered if obstacle(backend, device) is None]
@@ -119,13 +119,13 @@ class _ForEachSize:
             if not found:
                 found = [np.empty((count, *part.shape[1:]), np.float32) for part in drawn]
             for images, part in zip(found, drawn, strict=True):
-                # A copy, as OpenVINO may reuse its memory; of filled up rows it has more.
+                # A copy, as OpenVINO may reuse its memory; without rows that only fill up.
                 images[first : first + TOGETHER] = part[: count - first]
         image, opacity = map(torch.from_numpy, found)
         return image, opacity
 
     def _draw(self, *features: Tensor) -> list[Any]:
-        """Decode at most :data:`TOGETHER` rows; those that are missing are the last one again."""
+        """Decode at most :data:`TOGETHER` rows, filled up with the last one."""
         count = len(features[0])
         size = 1 if count == 1 else TOGETHER
         if count < size:
@@ -142,8 +142,8 @@ def _openvino(
     from openvino.frontend import FrontEndManager
     from openvino.frontend.pytorch.ts_decoder import TorchScriptPythonDecoder
 
-    # OpenVINO warns of deprecated functions of torch that it uses itself, and of sizes that become
-    # constants, as is intended.
+    # OpenVINO warns of torch functions that it uses itself, and of sizes that become constants, as
+    # intended.
     with torch.inference_mode(False), torch.no_grad(), warnings.catch_warnings():
         warnings.simplefilter("ignore")
         example = tuple(x.clone() for x in inputs)

@@ -1,4 +1,4 @@
-"""The models shipped with tfscope, known without torch."""
+"""The models shipped with tfscope, listed without torch."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from model.json_files import read_json
 from model.volume_files import read_volume
 from model.volume_files.shipped import RESOURCES, shipped_volumes
 
-PATH_LIGHT = RESOURCES / "models" / "path_light.safetensors"  # cleans path-traced pictures
+PATH_LIGHT = RESOURCES / "models" / "path_light.safetensors"  # improves path-traced pictures
 
 
 def shipped_models() -> list[Path]:

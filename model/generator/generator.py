@@ -57,8 +57,8 @@ class Generator:
     def load(cls, folder: Path, device: str = "auto", fastest: bool = False) -> Generator:
         """Load a model folder on "auto", "cpu" or "cuda".
 
-        With `fastest`, the fastest backend on this machine draws, which is measured when a network
-        of this size is first loaded, and then cached; else torch does.
+        With `fastest`, use the fastest backend on this machine, measured when a network of this
+        size is first loaded, and cached; else torch.
         """
         chosen = choose_device(device)
         card, network = load_model(folder)
@@ -89,7 +89,7 @@ class Generator:
 
     @torch.inference_mode()
     def _draw_once(self) -> tuple[Tensor, ...]:
-        """Draw an image, so that users do not wait for kernels at their first; return features."""
+        """Draw an image, so that the first one does not wait for kernels; return features."""
         numbers = (condition_numbers(self.scene),), (TF_SAMPLES,), (3, TF_SAMPLES)
         zeros = (torch.zeros(1, *shape, device=self.device) for shape in numbers)
         features = self.network.features(EncodedInputs(*zeros))
@@ -98,7 +98,7 @@ class Generator:
 
     @torch.inference_mode()
     def _time_drawing(self) -> float:
-        """Return the least time of a few images in seconds, after a first one for preparation."""
+        """Return the least time of a few images in seconds, after a first one to warm up."""
         features = self._draw_once()
         durations = []
         for _ in range(TIMED_IMAGES):
@@ -109,7 +109,7 @@ class Generator:
 
     @property
     def scene(self) -> Scene:
-        """Scene that the model was trained on."""
+        """Scene of the model's training."""
         return self.card.scene
 
     def render(self, inputs: SceneInputs) -> NDArray[np.float32]:
@@ -138,7 +138,8 @@ class Generator:
         """Generate an image from a latent code (latent_dim,), or N from (N, latent_dim).
 
         All but the opacity TF is taken from the inputs. Raises :class:`LatentError` for codes that
-        are not finite, or of another length than the generator's.
+        are not finite, or of the wrong length.
+
         """
         codes = self._codes(latent)
         conditions, _, color_tf = self.encoded([inputs])
@@ -167,7 +168,7 @@ class Generator:
         opacity = interpolate(
             opacity, size=image.shape[-2:], mode="bilinear", align_corners=False, antialias=False
         )
-        # In place: for many images at once, each further copy takes as long as drawing some.
+        # In place: for many images, each copy takes as long as drawing some.
         rgba = torch.empty((len(image), *image.shape[-2:], 4), device=image.device)
         rgba[..., :3] = image.permute(0, 2, 3, 1)
         rgba[..., 3] = opacity[:, 0]
@@ -176,7 +177,7 @@ class Generator:
 
 
 def panned(pictures: NDArray[np.float32], view: View) -> NDArray[np.float32]:
-    """Move pictures (..., S, S, C) as a view is panned."""
+    """Shift pictures (..., S, S, C) by a view's pan."""
     if view.pan_x == view.pan_y == 0.0:
         return pictures
     size = pictures.shape[-2]
@@ -186,6 +187,6 @@ def panned(pictures: NDArray[np.float32], view: View) -> NDArray[np.float32]:
 
 
 def unpanned(mask: Mask, view: View) -> Mask:
-    """Return the pixels of a picture before panning that a mask (S, S) of the panned one shows."""
+    """Return the pixels of a picture before panning for a mask (S, S) of the panned one."""
     back = replace(view, pan_x=-view.pan_x, pan_y=-view.pan_y)
     return panned(mask[..., None].astype(np.float32), back)[..., 0] > 0.5

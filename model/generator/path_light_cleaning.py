@@ -1,4 +1,4 @@
-"""Cleaning of path-traced pictures of few samples by the network behind the denoiser."""
+"""Improvement of path-traced pictures of few samples: the denoiser and the network behind it."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ from model.scene.scene import LightDirection
 from model.scene.volume import Volume
 
 MOST_SAMPLES, MOST_PATHS = 8, 8 << 16
-"""Samples of a pixel, and of a whole picture, up to which the network's pictures are nearer to the
-truth than the denoiser's. At 1440 x 900 pixels they are at no number of samples."""
+"""Samples of a pixel, and of a whole picture, up to which the network's pictures are closer to the
+truth than the denoiser's. At 1440 x 900 pixels they never are."""
 
 
 def cleaning_of(
@@ -39,10 +39,10 @@ def cleaning_of(
     cleans: bool = True,
     network: Path = PATH_LIGHT,
 ) -> tuple[Cleaning | None, Callable[[], None]]:
-    """Return what cleans path-traced pictures of a volume best here, and what releases it.
+    """Return the best available denoising of a volume's path-traced pictures, and its release.
 
-    The first is None where nothing is to clean, and where there is no denoiser. Without the
-    network's file, or with a damaged one, the denoiser cleans alone.
+    The first is None if there is nothing to denoise, or no denoiser. With a missing or damaged
+    network, the denoiser works alone.
     """
     if not (cleans and denoising.available()):
         return None, lambda: None
@@ -55,7 +55,7 @@ def cleaning_of(
 
 
 class NetworkCleaning:
-    """Cleans path-traced pictures of one volume by the network behind the denoiser."""
+    """Improves one volume's path-traced pictures by the network behind the denoiser."""
 
     def __init__(
         self, network: PathLightNetwork, volume: Volume, light: LightDirection | None = None
@@ -65,7 +65,7 @@ class NetworkCleaning:
         self._soft = RaycastRenderer(volume, "soft", light)
 
     def cleaner(self, inputs: SceneInputs, raster: Raster) -> FinishedPicture:
-        """Return what finishes the estimates of a picture."""
+        """Return the denoising of a picture's estimates."""
         most = min(MOST_SAMPLES, MOST_PATHS // (raster.width * raster.height))
         return FinishedPicture(self, lambda: self._soft.render(inputs, raster)[..., :3], most)
 
@@ -78,7 +78,7 @@ class NetworkCleaning:
         unlit: NDArray[np.float32],
         samples: int,
     ) -> NDArray[np.float32]:
-        """Return what many samples would show; pictures (rows, columns, 3) are times opacity."""
+        """Estimate a picture of many samples; pictures (rows, columns, 3) are times opacity."""
         colors = {"unlit": unlit[..., :3], "soft": soft, "denoised": denoised, "traced": traced}
         tensors = {name: self._tensor(image) for name, image in colors.items()}
         inputs = network_inputs(tensors, self._tensor(unlit[..., 3:]), samples)
@@ -98,7 +98,7 @@ class NetworkCleaning:
 
 
 class FinishedPicture(Denoiser):
-    """Cleans the estimates of one picture: denoises them, and finishes those of few samples."""
+    """Denoises the estimates of one picture; the network improves those of few samples."""
 
     def __init__(
         self, cleaning: NetworkCleaning, draw_soft: Callable[[], NDArray[np.float32]], most: int
@@ -109,7 +109,7 @@ class FinishedPicture(Denoiser):
     def clean(
         self, radiance: NDArray[np.float32], estimate: Estimate, samples: int
     ) -> NDArray[np.float32]:
-        """Denoise, and finish what has few samples."""
+        """Denoise; improve by the network if samples are few."""
         if estimate.samples > self._most:
             return super().clean(radiance, estimate, samples)
         clean = denoise(radiance, estimate.albedo, quick=True)
@@ -119,5 +119,5 @@ class FinishedPicture(Denoiser):
         return self._cleaning.finish(clean, radiance, self._soft, unlit, samples)
 
     def deed(self, samples: int) -> str:
-        """Say what is done to a picture of so many samples."""
+        """Name the processing of a picture of this many samples."""
         return "denoised by the network" if samples <= self._most else super().deed(samples)

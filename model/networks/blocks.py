@@ -21,10 +21,10 @@ LEAK = 0.2
 
 
 class DoublingConv2d(nn.Conv2d):
-    """Convolution of kernel size 3 of an image whose pixels are doubled along both axes first.
+    """Convolution of kernel size 3 of an image that is first doubled along both axes.
 
-    Doubling by nearest neighbour and the convolution are one transposed convolution of the
-    smaller image: the same numbers from 4/9 of the multiplications, in half the time.
+    Nearest-neighbour doubling and the convolution are merged into one transposed convolution of the
+    smaller image: equal results from 4/9 of the multiplications, in half the time.
     """
 
     def __init__(self, channels_in: int, channels_out: int, bias: bool = True) -> None:
@@ -32,7 +32,7 @@ class DoublingConv2d(nn.Conv2d):
 
     def forward(self, x: Tensor) -> Tensor:
         """Map (N, channels_in, H, W) to (N, channels_out, 2 H, 2 W)."""
-        # An input pixel meets each output pixel through the weights of both its doubles.
+        # An input pixel reaches an output pixel through the weights of its doubles.
         spread = pad(self.weight, (1, 1, 1, 1))
         spread = spread[..., :-1, :] + spread[..., 1:, :]
         spread = spread[..., :-1] + spread[..., 1:]
@@ -58,8 +58,8 @@ class ResidualBlock(nn.Module):
 
         padding = kernel // 2
         self._doubles = doubles
-        # The doubled image itself is then not needed: the shortcut is doubled after its
-        # convolution, at a quarter of the pixels.
+        # The doubled image is not needed: the shortcut is doubled after its convolution, which has
+        # a quarter of the pixels.
         self._in_one = doubles and kernel == 3
         first: nn.Module = nn.Conv2d(channels_in, channels_in, kernel, padding=padding, bias=False)
         if self._in_one:
@@ -135,7 +135,7 @@ class Modulation(nn.Module):
         self.linear = nn.Linear(code, 2 * channels)
 
     def start(self) -> None:
-        """Initialize near the identity; to be called after all other weights are initialized."""
+        """Initialize near the identity; call it after all other initialization."""
         nn.init.normal_(self.linear.weight, 0.0, 0.05)
         nn.init.zeros_(self.linear.bias)
 
@@ -164,7 +164,7 @@ def doubled(x: Tensor) -> Tensor:
 
 
 def initialize(module: nn.Module) -> None:
-    """Initialize weights as the paper's code does: N(0, 0.02), batch norms N(1, 0.02)."""
+    """Initialize weights like the paper's code: N(0, 0.02), batch norms N(1, 0.02)."""
     for layer in module.modules():
         if isinstance(layer, nn.Conv1d | nn.Conv2d | nn.Linear):
             nn.init.normal_(layer.weight, 0.0, 0.02)
@@ -180,7 +180,7 @@ def kaiming_init(module: nn.Module) -> None:
     """Apply Kaiming initialization to layers without batch norm (He et al. 2015).
 
     With N(0, 0.02) a narrow 1-D convolution attenuates its input to an eighth, and six of them
-    suppress the TF altogether: a generator of quarter width then learns to ignore colours.
+    suppress the TF: a generator of quarter width then learns to ignore colours.
     """
     for layer in module.modules():
         if isinstance(layer, nn.Conv1d | nn.Linear):
@@ -195,7 +195,7 @@ def _start_modulations(module: nn.Module) -> None:
 
 
 def place(network: Network, device: torch.device) -> Network:
-    """Move a network to a device, with convolution weights channels-last, as is fastest on most."""
+    """Move a network to a device, with convolution weights channels-last, usually the fastest."""
     network.to(device)
     network.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
     return network
@@ -207,7 +207,7 @@ def parameter_count(module: nn.Module) -> int:
 
 
 def choose_device(name: str) -> torch.device:
-    """Return the device "auto", "cpu" or "cuda"; raise :class:`TfscopeError` if it is not here."""
+    """Return the device "auto", "cpu" or "cuda"; raise :class:`TfscopeError` if unavailable."""
     if name == "auto":
         return torch.device("cuda" if torch.cuda.is_available() else "cpu")
     if name not in ("cpu", "cuda"):

@@ -1,4 +1,4 @@
-"""A model folder's card, and the bytes of its weights' file. Read without torch."""
+"""A model folder's card, and the bytes of its weights, read without torch."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ MODEL_FILE = "model.json"
 
 @dataclass(frozen=True)
 class ModelCard:
-    """All that is known about a trained model besides its weights."""
+    """Metadata of a trained model."""
 
     scene: Scene
     preset: str  # name of the preset that the size came from
@@ -36,12 +36,12 @@ def load_card(folder: Path) -> ModelCard:
 
 
 def weights_digest(folder: Path) -> str:
-    """SHA-256 of a model's weights, as its card has it; raises as :func:`load_card`."""
+    """SHA-256 of a model's weights from its card; raises like :func:`load_card`."""
     return str(read_header(folder).get("sha256"))
 
 
 def read_header(folder: Path) -> dict[str, Any]:
-    """Read a model folder's description as plain data; raises as :func:`load_card`."""
+    """Read a model folder's description as plain data; raises like :func:`load_card`."""
     path = folder / MODEL_FILE
     if not path.is_file():
         raise CheckpointError(
@@ -69,7 +69,7 @@ def read_header(folder: Path) -> dict[str, Any]:
 
 
 def write_header(folder: Path, header: dict[str, Any]) -> None:
-    """Write a model folder's description, whole or not at all; raise :class:`OSError` if not."""
+    """Write a model folder's description atomically, or raise :class:`OSError`."""
     text = json.dumps(header, indent=2, allow_nan=False)
     write_atomically(folder / MODEL_FILE, (text + "\n").encode())
 
@@ -84,7 +84,7 @@ def recorded_agreement(folder: Path) -> float | None:
 
 
 def add_metrics(folder: Path, **metrics: Any) -> None:
-    """Write further metrics into a model's card; raise :class:`CheckpointError` if it cannot be."""
+    """Add metrics to a model's card, or raise :class:`CheckpointError`."""
     header = read_header(folder)
     header["metrics"] = {**card_of(folder, header).metrics, **metrics}
     with os_errors_as(CheckpointError, f"{folder}: the card cannot be written"):
@@ -108,11 +108,11 @@ def card_of(folder: Path, header: dict[str, Any]) -> ModelCard:
     return card
 
 
-LONGEST_NAME = 100  # of a weights' file; other names are cut off, and so not found
+LONGEST_NAME = 100  # of weights' files; other names are truncated, and thus not found
 
 
 def read_weights(folder: Path, header: dict[str, Any]) -> bytes:
-    """Read the weights' file that a header names; `CheckpointError` unless it is the right one."""
+    """Read the weights' file that a header names, or raise `CheckpointError`."""
     path = folder / str(header.get("weights", ""))[:LONGEST_NAME]
     if path.parent != folder or not path.is_file():
         raise CheckpointError(f"{folder}: the weights '{path.name}' are missing; copy them too.")
@@ -135,7 +135,7 @@ KIND_NAMES = {
 
 
 def errors_by_kind(metrics: dict[str, Any]) -> dict[str, float]:
-    """Mean RMSE of a model's colour images (0..1) by kind of opacity TF, largest first, if any."""
+    """Mean RMSE of a model's colour images (0..1) by kind of opacity TF, largest first."""
     kinds = metrics.get("kinds")
     found = {}
     for kind, name in KIND_NAMES.items():
@@ -147,7 +147,7 @@ def errors_by_kind(metrics: dict[str, Any]) -> dict[str, float]:
 
 
 def error_text(metrics: dict[str, Any]) -> str:
-    """Describe a model's recorded errors in a sentence; empty where its card has none."""
+    """Describe a model's recorded errors in a sentence; empty without any."""
     holdout = metrics.get("holdout")
     count = metrics.get("holdout_count")
     parts = []
@@ -163,7 +163,7 @@ def error_text(metrics: dict[str, Any]) -> str:
 
 
 def recorded_error(folder: Path) -> float:
-    """Return the mean RMSE (0..1) of the kind of TF that a model draws worst; else infinity."""
+    """Return the mean RMSE (0..1) of a model's worst kind of TF, or infinity."""
     try:
         return max(errors_by_kind(load_card(folder).metrics).values(), default=math.inf)
     except CheckpointError:
@@ -171,7 +171,7 @@ def recorded_error(folder: Path) -> float:
 
 
 def recorded_errors(folder: Path) -> str:
-    """Describe the recorded errors of a model's folder; empty where it cannot be read."""
+    """Describe the recorded errors of a model's folder; empty if it is unreadable."""
     try:
         return error_text(load_card(folder).metrics)
     except CheckpointError:

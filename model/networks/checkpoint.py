@@ -29,7 +29,7 @@ _N = TypeVar("_N", bound=nn.Module)
 
 
 def save_model(folder: Path, card: ModelCard, network: GeneratorNetwork) -> None:
-    """Write a model folder, in half precision; raise :class:`CheckpointError` if it cannot be."""
+    """Write a model folder in half precision, or raise :class:`CheckpointError`."""
     weights = {name: half_precision(value) for name, value in network.state_dict().items()}
     content = safetensors.torch.save(weights)
     digest = hashlib.sha256(content).hexdigest()
@@ -48,7 +48,7 @@ def save_model(folder: Path, card: ModelCard, network: GeneratorNetwork) -> None
 
 
 def load_model(folder: Path) -> tuple[ModelCard, GeneratorNetwork]:
-    """Read a model folder, in evaluation mode, float32, on the CPU; or raise `CheckpointError`."""
+    """Read a model folder in evaluation mode, float32, on the CPU, or raise `CheckpointError`."""
     header = read_header(folder)
     card = card_of(folder, header)
     content = read_weights(folder, header)
@@ -61,7 +61,7 @@ def load_model(folder: Path) -> tuple[ModelCard, GeneratorNetwork]:
 
 
 class _NoNumbers(TorchFunctionMode):
-    """Leaves out weights' first numbers: torch would import its compiler for them, for a second."""
+    """Skips the initialization of weights: torch would import its compiler, for a second."""
 
     def __torch_function__(self, func: Any, _types: Any, args: Any = (), kwargs: Any = None) -> Any:
         kwargs = kwargs or {}
@@ -71,7 +71,7 @@ class _NoNumbers(TorchFunctionMode):
 
 
 def network_with(path: Path, weights: dict[str, Tensor], build: Callable[[], _N]) -> _N:
-    """Build a network and give it the weights of a file, in float32, to draw with."""
+    """Build a network with a file's weights, in float32, for inference."""
     # Without memory: a card may claim a network of many gigabytes.
     with torch.device("meta"), _NoNumbers():
         network = build()

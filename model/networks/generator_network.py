@@ -1,4 +1,4 @@
-"""The interface of networks that generate images: their inputs, in [-1, 1], and their codec."""
+"""The interface of networks that generate images: inputs, in [-1, 1], and codec."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from model.scene.transfer_function import TF_SAMPLES
 class EncodedInputs(NamedTuple):
     """Scene inputs of N images as network inputs, in [-1, 1]."""
 
-    conditions: Tensor  # (N, C): five view parameters, then those of other inputs, as of the light
+    conditions: Tensor  # (N, C): five view parameters, then those of other inputs (light)
     opacity_tf: Tensor  # shape (N, 256)
     color_tf: Tensor  # (N, 3, 256) in scaled CIELAB
 
@@ -86,8 +86,8 @@ class LatentCodec(nn.Module):
 class GeneratorNetwork(nn.Module, ABC):
     """A differentiable function of view and transfer functions.
 
-    :meth:`features` prepares what :meth:`decode`, the larger part, turns into images; only that is
-    given to inference libraries. Images depend on the opacity TF through its latent code only.
+    :meth:`features` prepares the input of :meth:`decode`, the larger part, which inference
+    libraries can replace. Images depend on the opacity TF only through its latent code.
     """
 
     def forward(self, inputs: EncodedInputs) -> tuple[Tensor, Tensor]:

@@ -1,7 +1,7 @@
-"""Names that one chooses among, in code, in files and on the command line.
+"""Names of options in code, in files and on the command line.
 
-They stand apart from what they name: that imports torch, for which a command line that only
-explains its options must not wait.
+They are separate, as the modules that they name import torch, which would slow the command line's
+help.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import Literal
 
 DeviceChoice = Literal["auto", "cpu", "cuda"]  # devices that networks run on; see `choose_device`
-BackendName = Literal["eager", "openvino"]  # what draws a generator's images
+BackendName = Literal["eager", "openvino"]  # inference libraries
 
 Precision = Literal["float32", "bfloat16"]
 PrecisionChoice = Literal["auto", "float32", "bfloat16"]  # of layers and optimization steps

@@ -47,7 +47,7 @@ class OpacityGenerator(LatentCodec):
             kernel = 1 if i == 0 else 3
             blocks.append(ResidualBlock(a, b, kernel, last=b == 1, doubles=True))
         self.image = nn.Sequential(*blocks, nn.Tanh())
-        # Of all blocks but the last, whose output is the image.
+        # Of all blocks except the last, whose output is the image.
         modulated = outputs[1:-1] if size.opacity_modulation else []
         self.modulations = nn.ModuleList(Modulation(c(512), n) for n in modulated)
         initialize(self)
@@ -108,11 +108,11 @@ KEY = 16  # length of the keys of scalar values and of the pixels' queries
 
 
 class ColorAttention(nn.Module):
-    """Attention of each pixel to scalar values, which gives it a mixture of their colours.
+    """Attention of each pixel to scalar values, which mixes their colours.
 
     A colour image is the opacity-weighted mean of the TF's colours along each ray. The paper's
-    translation draws those from a code of 32 numbers; here its decoder says how much of each scalar
-    value a pixel shows, and gets the colours themselves.
+    translation draws these from a code of 32 numbers; here its decoder gives each scalar value's
+    share in a pixel, and gets the colours themselves.
     """
 
     def __init__(self, size: NetworkSize, channels: int) -> None:
@@ -123,7 +123,7 @@ class ColorAttention(nn.Module):
         self.opaque = nn.Sequential(mlp(size.latent_dim, BINS), nn.Linear(BINS, BINS))
 
     def forward(self, x: Tensor, latent: Tensor, table: Tensor) -> Tensor:
-        """Give pixels' features the colours that they look up."""
+        """Add the colours that pixels look up to their features."""
         joined: Tensor = self.join(torch.cat([x, self.colors(x, latent, table)], 1))
         return joined
 
@@ -213,12 +213,12 @@ class TranslationGenerator(nn.Module):
         self.paint = _painter(c(64), last, doublings)
         color = nn.Conv2d(last, 3, 3, padding=1)
         self.color = nn.Sequential(color, nn.Tanh())
-        # None at the colour image's own size, where it would take a fifth of a training step.
+        # None at full size, where it would take a fifth of a training step.
         modulated = outputs if size.modulation else []
         self.modulations = nn.ModuleList(Modulation(3 * c(256), n) for n in modulated)
         initialize(self)
         if size.modulation:
-            # With small initial weights, images start grey and stay so for long.
+            # With small initial weights, images stay grey for long.
             nn.init.kaiming_normal_(color.weight)
 
     def forward(
@@ -228,7 +228,7 @@ class TranslationGenerator(nn.Module):
         return self.decode(self.view(conditions), latent, self.encode_color(color_tf), opacity)
 
     def encode_color(self, color_tf: Tensor) -> Tensor:
-        """Codes of colour TFs (N, 3, 256), with the colours that the attention mixes, if any."""
+        """Codes of colour TFs (N, 3, 256), with the colours for the attention, if any."""
         code: Tensor = self.color_tf(color_tf)
         return torch.cat([code, color_table(color_tf)], 1) if self.attention is not None else code
 
@@ -300,7 +300,7 @@ def _halve(channels_in: int, channels_out: int, norm: bool) -> nn.Sequential:
 
 
 def _painter(channels_in: int, channels: int, doublings: int) -> nn.Sequential:
-    """Return layers from decoder to RGB features that double the size `doublings` times."""
+    """Return layers from decoder to RGB features with this many doublings of the size."""
     layers: list[nn.Module] = []
     for _ in range(doublings - 1):
         layers.append(ResidualBlock(channels_in, channels, doubles=True))

@@ -1,8 +1,8 @@
 """The network that improves denoised path-traced pictures of few samples.
 
-One network for all volumes, TFs, views and lights. It never draws by itself: it changes the
-denoised picture by what the unlit and the softly lit picture of the same scene show. It goes
-beyond the paper, whose networks learn one volume's pictures whole.
+One network for all volumes, TFs, views and lights. It corrects the denoised picture by the unlit
+and the softly lit picture of the same scene. It goes beyond the paper, whose networks learn all of
+one volume's pictures.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ from model.networks.checkpoint import half_precision, network_with
 
 COLORS = ("unlit", "soft", "denoised", "traced")
 """Inputs with three channels each, linear RGB times opacity: without light, in soft light, and the
-path-traced picture, denoised and as it was traced. Their channels are alike."""
+path-traced picture, denoised and not."""
 
 CHANNELS = 3 * len(COLORS) + 2  # of the input: `COLORS`, opacity, and 1 / sqrt(samples)
-BRIGHTEST = 2.0  # radiance of single samples from which on more makes no difference
-MULTIPLE = 16  # rows and columns of the input are a multiple of this; see `forward`
+BRIGHTEST = 2.0  # radiance at which single samples are limited
+MULTIPLE = 16  # the input's rows and columns are padded to a multiple of this
 
 
 @dataclass(frozen=True)
@@ -43,11 +43,10 @@ class PathLightSize:
 
 
 class PathLightNetwork(nn.Module):
-    """A U-Net from half of the resolution on, whose output are factors of its input's colours.
+    """A U-Net from half resolution, whose outputs are factors of its input's colours.
 
-    Blocks of 2 x 2 pixels are one of its pixels with four times the channels, which is four times
-    as fast as full resolution, and loses no detail: what it says of each pixel weights colours
-    that have it.
+    Blocks of 2 x 2 pixels become one pixel with four times the channels. This is four times as fast
+    as full resolution, and keeps details, as its factors multiply colours of full resolution.
     """
 
     def __init__(self, size: PathLightSize) -> None:
@@ -69,7 +68,7 @@ class PathLightNetwork(nn.Module):
             nn.init.zeros_(parameter)
 
     def forward(self, inputs: Tensor) -> Tensor:
-        """Finish pictures."""
+        """Improve pictures."""
         hidden, skips = nn.functional.pixel_unshuffle(inputs, 2), []
         for number, block in enumerate(self.down):
             hidden = block(hidden if number == 0 else nn.functional.avg_pool2d(hidden, 2))
@@ -86,9 +85,10 @@ class PathLightNetwork(nn.Module):
 
 
 def network_inputs(colors: dict[str, Tensor], opacity: Tensor, samples: int) -> Tensor:
-    """Return the network's input (N, CHANNELS, h, w) for pictures of so many samples of a pixel.
+    """Return the network's input (N, CHANNELS, h, w) for pictures of this many samples per pixel.
 
     The colours (N, 3, h, w) are those of :data:`COLORS` by name, the opacity is (N, 1, h, w).
+
     """
     found = [colors[name] for name in COLORS]
     found[-1] = found[-1].clamp(max=BRIGHTEST)
@@ -119,7 +119,7 @@ VERSION = 1
 
 @dataclass(frozen=True)
 class PathLightCard:
-    """All that is known about a path-light network besides its weights."""
+    """Metadata of a path-light network."""
 
     size: PathLightSize
     training: dict[str, Any] = field(default_factory=dict)  # volumes, pairs, steps and time
@@ -127,7 +127,7 @@ class PathLightCard:
 
 
 def save_path_light(path: Path, card: PathLightCard, network: PathLightNetwork) -> None:
-    """Write a network in half precision, whole or not at all, or raise `CheckpointError`."""
+    """Write a network in half precision atomically, or raise `CheckpointError`."""
     weights = {name: half_precision(value) for name, value in network.state_dict().items()}
     about = {FORMAT: VERSION, **asdict(card)}
     content = safetensors.torch.save(weights, {FORMAT: json.dumps(about, allow_nan=False)})

@@ -1,4 +1,4 @@
-"""Size of the networks, and their variants."""
+"""Size and variants of the networks."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from model.errors import TfscopeError
 
 @dataclass(frozen=True)
 class NetworkSize:
-    """Size of the paper's networks, and what is added; checked by :class:`TfscopeError`."""
+    """Size of the paper's networks, and additions; invalid ones are a :class:`TfscopeError`."""
 
     width: float = 1.0  # number of channels as a fraction of the paper's, above 0 and up to 4
     opacity_size: int = 64  # width and height of the opacity image, a power of two from 16
-    image_size: int = 256  # of the colour image, not below that of the opacity image
+    image_size: int = 256  # of the colour image, at least that of the opacity image
     latent_dim: int = 8  # length of the latent code of an opacity TF
     modulation: bool = False
     opacity_modulation: bool = False

@@ -1,4 +1,4 @@
-"""Movies as files, written picture by picture: MP4, or GIF."""
+"""Movie files, written frame by frame: MP4 or GIF."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ SUFFIXES = (".mp4", ".gif")
 
 
 def write_movie(path: Path, frames: Iterable[NDArray[np.uint8]], frames_per_second: float) -> Path:
-    """Write frames (H, W, 3) as a movie, without an odd last row or column in MP4; return its path.
+    """Write frames (H, W, 3) as a movie, in MP4 without an odd last row or column.
 
-    Frames are taken one by one; whatever this raises ends the movie, of which nothing is left then.
-    Raises :class:`RenderError` when the format is unknown, or the file cannot be written.
+    Returns its path. Frames are taken one by one; any exception deletes the movie. Raises
+    :class:`RenderError` if the format is unknown, or the file cannot be written.
     """
     import imageio.v2 as imageio
 

@@ -1,4 +1,4 @@
-"""OpenGL off screen: the window that VTK draws in, what draws there, and VTK's errors."""
+"""Off-screen OpenGL: VTK's window, its OpenGL implementation, and VTK's errors."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from model.errors import CannotDrawError
 SOFTWARE = re.compile(
     "llvmpipe|softpipe|swr|swiftshader|software|mesa offscreen|basic render|gdi generic"
 )
-"""What names of OpenGL renderers have in them that use the processor, in small letters."""
+"""Parts of the names of OpenGL renderers that use the processor, in lower case."""
 
 _NAME = re.compile(r"^\s*(?:OpenGL renderer string|Renderer):[ \t]*(\S.*?)\s*$", re.MULTILINE)
 _SAID = re.compile(r"\(0x[0-9a-f]+\): *(.*?)\s*$", re.DOTALL)
 
 
 def offscreen_window() -> vtkRenderWindow:
-    """Open an off-screen window by the first method that works on this machine."""
+    """Open an off-screen window by the first method that works."""
     for name in ("vtkEGLRenderWindow", "vtkOSOpenGLRenderWindow", "vtkRenderWindow"):
         kind = getattr(vtkRenderingOpenGL2, name, vtkRenderWindow)
         window = kind()
@@ -42,14 +42,14 @@ def offscreen_window() -> vtkRenderWindow:
 
 @cache
 def opengl_name() -> str:
-    """Name of what draws OpenGL here, such as a graphics card's; "" if unknown."""
+    """Name of the OpenGL renderer, such as a graphics card; "" if unknown."""
     try:
         window = offscreen_window()
     except CannotDrawError:
         return ""
     window.SetSize(8, 8)
     window.Render()
-    # Without a display, a window does not report it, but VTK's state of OpenGL does.
+    # Without a display, only VTK's OpenGL state reports it, not the window.
     state = getattr(window, "GetState", lambda: "")()
     found = _NAME.search(f"{window.ReportCapabilities()}\n{state}")
     window.Finalize()
@@ -57,14 +57,14 @@ def opengl_name() -> str:
 
 
 def software_name() -> str:
-    """Name of the program that draws OpenGL in place of a graphics card; "" where a card does."""
+    """Name of a software OpenGL renderer; "" with a graphics card."""
     name = opengl_name()
     return name if SOFTWARE.search(name.lower()) else ""
 
 
 @contextmanager
 def drawing_errors() -> Iterator[list[str]]:
-    """Collect what VTK reports as errors in this thread; it goes on without an exception."""
+    """Collect the errors that VTK reports in this thread without raising exceptions."""
     found: list[str] = []
     thread = threading.get_ident()
 
@@ -75,7 +75,7 @@ def drawing_errors() -> Iterator[list[str]]:
 
     note.CallDataType = "string0"  # type: ignore[attr-defined]
     window = vtkOutputWindow.GetInstance()
-    # VTK's annotations know events by number only.
+    # VTK's annotations have events by number only.
     events: Any = "ErrorEvent"
     tag = window.AddObserver(events, note)
     try:

@@ -1,4 +1,4 @@
-"""Pieces: what is connected to a place of a volume, to be shown alone or cut away."""
+"""Pieces: voxels connected to a point of a volume, to be shown alone or cut away."""
 
 from __future__ import annotations
 
@@ -14,27 +14,27 @@ from model.scene.mask import Mask, grown, masked_voxels
 from model.scene.transfer_function import TF_SAMPLES, Range
 from model.scene.volume import Volume
 
-LEAST_OPACITY = 0.005  # part of the TF's largest opacity from which on values count as visible
-BAND = 0.25  # part of the largest opacity of a band of values at which that band ends
-ALIKE = 0.98  # part of all that is connected from which on a band of values is no other piece
+LEAST_OPACITY = 0.005  # share of the TF's largest opacity from which values count as visible
+BAND = 0.25  # share of a band's largest opacity at which the band ends
+ALIKE = 0.98  # share of the connected voxels from which a band is not a separate piece
 LAST, TINY = TF_SAMPLES - 1, 1e-12
-MOST_VOXELS = 1 << 24  # of the grid on which pieces are found; larger volumes are thinned
+MOST_VOXELS = 1 << 24  # largest side of the grid for the search; larger volumes are thinned
 
 
 @dataclass(frozen=True)
 class Piece:
-    """Voxels that are connected to a place.
+    """Voxels that are connected to a point.
 
-    `voxels` are one more around them, which belong to no other piece: there the TF lets the
-    surface fade, and no edge is seen where the piece touches nothing.
+    `voxels` includes one layer around them that belongs to no other piece: there the surface fades
+    by the TF, without a cut edge.
     """
 
     voxels: Mask
-    count: int  # of those that are connected
-    values: Range | None  # of the band that they are of; None for all visible values
+    count: int  # number of connected voxels
+    values: Range | None  # values of their band; None for all visible values
 
     def left(self, mask: Mask | None, alone: bool) -> Mask | None:
-        """Return the mask that shows of what a mask shows the piece alone, or all but the piece."""
+        """Return a mask limited to the piece, or without it."""
         bits = np.frombuffer(self.voxels.bits, np.uint8)
         bits = bits if alone else ~bits
         bits = bits if mask is None else bits & np.frombuffer(mask.bits, np.uint8)
@@ -42,18 +42,18 @@ class Piece:
 
 
 def pieces_under(volume: Volume, inputs: SceneInputs, at: tuple[float, float]) -> tuple[Piece, ...]:
-    """Return what is connected to the place that adds most to a pixel; see :func:`pieces_at`."""
+    """Return the pieces at the point that adds most to a pixel; see :func:`pieces_at`."""
     points, adds = places_along(volume, inputs, at)
     return pieces_at(volume, inputs, points[adds.argmax()]) if adds.sum() >= VISIBLE else ()
 
 
 def pieces_at(volume: Volume, inputs: SceneInputs, place: NDArray[np.float64]) -> tuple[Piece, ...]:
-    """Return what is connected to a place (3,), given as fractions of the volume's extent.
+    """Return the voxels connected to a point (3,), in fractions of the volume's extent.
 
-    The first piece has voxels that touch by their faces, and whose values are visible under the
-    scene's TF, mask, crop box and clipping plane. The second has only those of the band of values
-    that the place is in; there is none where that makes no difference. Above 256 voxels cubed they
-    are found on a coarser grid. Raises :class:`TfscopeError` where nothing is visible.
+    The first piece has voxels that touch by their faces and are visible under the scene's TF, mask,
+    crop box and clipping plane. The second, if different, has only those of the point's band of
+    values. Above 256 voxels cubed the search uses a coarser grid. Raises :class:`TfscopeError` if
+    nothing is visible.
     """
     last = np.array(volume.voxels.shape) - 1
     first, end = np.rint(inputs.part.corners(volume)[:, ::-1]).astype(int)
@@ -92,7 +92,7 @@ def pieces_at(volume: Volume, inputs: SceneInputs, place: NDArray[np.float64]) -
     near = near[np.argsort(((near - seed) ** 2).sum(axis=1), kind="stable")]
     found = [piece_of(visible, near[0], None)]
     lo, hi = volume.scalar_range
-    # The value at the place; and those of voxels, as between two there may be values of neither.
+    # The value at the point and those of voxels: interpolated values may belong to neither.
     values = np.append(
         values_at(volume, place[None], inputs.is_nearest(volume)), voxels[tuple(near.T)]
     )
@@ -123,14 +123,14 @@ def _band_around(opacity: NDArray[np.float64], bin_: int) -> tuple[int, int]:
 def _of_values(
     voxels: NDArray[np.generic], runs: list[tuple[int, int]], volume: Volume
 ) -> NDArray[np.bool_]:
-    """Return which voxels are nearest to some bins; those beyond the range count for its ends."""
+    """Return the voxels whose nearest bin is selected; the ends include values beyond the range."""
     lo, hi = volume.scalar_range
     found = np.zeros(voxels.shape, dtype=bool)
     for first, last in runs:
         low = -np.inf if first == 0 else lo + (hi - lo) * (first - 0.5) / LAST
         high = np.inf if last == LAST else lo + (hi - lo) * (last + 0.5) / LAST
         if voxels.dtype.kind != "f":
-            # Comparisons with floats would take ten times as long.
+            # Comparisons with floats would take ten times longer.
             limits = np.iinfo(voxels.dtype.name)
             low = int(np.ceil(max(low, limits.min)))
             high = int(min(np.ceil(high) - 1, limits.max))
@@ -142,9 +142,9 @@ def _of_values(
 def _connected(
     visible: NDArray[np.bool_], seed: NDArray[np.int64]
 ) -> tuple[NDArray[np.bool_], tuple[slice, ...]]:
-    """Return the visible voxels that are connected to one of them, and the box around them.
+    """Return the visible voxels connected to one of them, and their bounding box.
 
-    Along each axis there is a voxel more on both sides of the box, where the grid has one.
+    The box has one more voxel on each side, within the grid.
     """
     from scipy.ndimage import find_objects, label
 
@@ -161,7 +161,7 @@ def _connected(
     inside, cells = inside[box], cells[box]
     if factor == 1:
         return inside, box
-    # Cells at the surface have few visible voxels: those of no other piece belong to this one.
+    # Cells at the surface have few visible voxels: those of no other piece are added.
     inside = grown(inside, cells)
     fine = tuple(slice(each.start * factor, each.stop * factor) for each in box)
     for axis in (2, 1, 0):
@@ -171,7 +171,7 @@ def _connected(
 
 
 def _thinned(visible: NDArray[np.bool_], factor: int) -> NDArray[np.bool_]:
-    """Return which cells of so many voxels along each axis are visible for a half."""
+    """Return the cells of this many voxels along each axis that are at least half visible."""
     counts = visible.view(np.uint8)
     for axis in range(3):
         along = np.moveaxis(counts, axis, 0)

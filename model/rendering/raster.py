@@ -12,20 +12,18 @@ from numpy.typing import NDArray
 from model.scene.region import Reach
 
 TIME_GROWTH = 0.83
-"""Power of the number of pixels with which the time of a picture of more pixels grows: neighbours
-share what they read. From 3/8 of a picture's columns to all of 256 to 1024 it is .82 to .98 for
-four of five of the ray caster's pictures."""
+"""Exponent of a picture's time by its number of pixels: neighbours share cached voxels. For four of
+five of the ray caster's pictures of 256 to 1024 columns it is .82 to .98."""
 
 _Number = TypeVar("_Number", bound=np.generic)
 
 
 @dataclass(frozen=True)
 class Raster:
-    """Rectangle of pixels of a picture.
+    """A picture's pixels, or a rectangle of them.
 
-    The picture's shorter side spans the view's angle: a wider or higher picture has the square
-    one in its middle, and shows more on both sides of it. Its parts, rendered apart, are those of
-    the whole.
+    The picture's shorter side spans the view's angle: a wider or higher picture contains the square
+    one, and shows more on both sides. Parts rendered separately fit together exactly.
     """
 
     width: int  # the whole picture, in pixels
@@ -33,8 +31,8 @@ class Raster:
     left: int = 0  # first pixel of the part
     top: int = 0
     columns: int = 0
-    rows: int = 0  # size of the part; 0 for all to the right of and below its first pixel
-    step: int = 1  # pixels of the picture from one of the part to the next, along both sides
+    rows: int = 0  # size of the part; 0 for all pixels right of and below its first one
+    step: int = 1  # step between the part's pixels along both sides
 
     def __post_init__(self) -> None:
         if not self.columns:
@@ -91,7 +89,7 @@ class Raster:
         return min(self.width, self.height)
 
     def scaled(self, scale: float) -> Raster:
-        """Return the whole picture with more or fewer pixels, 16 along each side at least."""
+        """Return the whole picture with more or fewer pixels, at least 16 along each side."""
         sides = (max(round(side * scale), 16) for side in (self.width, self.height))
         return Raster(*sides)
 
@@ -103,19 +101,19 @@ class Raster:
                 yield Raster(self.width, self.height, left, top, *size)
 
     def every_second(self, row: int, column: int) -> Raster:
-        """Return every second row's every second pixel, from one of the first four on."""
+        """Return every second pixel of every second row, from one of the first four."""
         size = (self.columns - column + 1) // 2, (self.rows - row + 1) // 2
         return Raster(self.width, self.height, self.left + column, self.top + row, *size, step=2)
 
     def grown(self, margin: int) -> Raster:
-        """Return the part with more pixels around it, as far as the whole picture has them."""
+        """Return the part with a margin, within the whole picture."""
         left, top = max(self.left - margin, 0), max(self.top - margin, 0)
         right, bottom = min(self.right + margin, self.width), min(self.bottom + margin, self.height)
         return replace(self, left=left, top=top, columns=right - left, rows=bottom - top)
 
 
 def middle_square(image: NDArray[_Number]) -> NDArray[_Number]:
-    """Return the square in the middle of an image (H, W, ...) that images of all shapes share."""
+    """Return the middle square of an image (H, W, ...), which images of all shapes share."""
     height, width = image.shape[:2]
     side = min(height, width)
     top, left = (height - side) // 2, (width - side) // 2
@@ -123,7 +121,7 @@ def middle_square(image: NDArray[_Number]) -> NDArray[_Number]:
 
 
 def resized(image: NDArray[np.float32], shape: tuple[int, int]) -> NDArray[np.float32]:
-    """Interpolate an image (h, w, channels) linearly to other rows and columns."""
+    """Interpolate an image (h, w, channels) linearly to another size."""
     for axis, want in enumerate(shape):
         have = image.shape[axis]
         if have == want:
@@ -139,10 +137,9 @@ def resized(image: NDArray[np.float32], shape: tuple[int, int]) -> NDArray[np.fl
 
 
 def fill_white_squares(image: NDArray[np.float32]) -> None:
-    """Interpolate the white squares of an image (H, W, channels) that has a board's black ones.
+    """Interpolate the white squares of an image (H, W, channels) with a chessboard's black ones.
 
-    The one in the corner is black. White ones are means of the two neighbours whose green differs
-    less.
+    The corner is black. White pixels are means of the two neighbours whose green differs less.
     """
     around = np.pad(image, ((1, 1), (1, 1), (0, 0)), mode="reflect")
     for row, column in ((0, 1), (1, 0)):
@@ -162,11 +159,11 @@ def at_size_of(
 ) -> NDArray[np.float32]:
     """Return an image (h, w, 3) with as many pixels as a field of it or of its square.
 
-    Pixels are means over their areas or, if `sampled`, what the image shows in their middle.
+    Pixels are means over their areas or, if `sampled`, the image's values at their centres.
     """
     if field.shape == image.shape:
         return image
-    # Imported here: the window starts without it.
+    # Imported here to keep the window's start fast.
     from skimage.transform import resize
 
     rows, columns, _ = field.shape

@@ -1,4 +1,4 @@
-"""Places under a pixel: where along its ray a volume is seen."""
+"""Places under a pixel: where along its ray a volume is visible."""
 
 from __future__ import annotations
 
@@ -14,26 +14,26 @@ from model.scene.transfer_function import TF_SAMPLES
 from model.scene.view import Projection
 from model.scene.volume import Triple, Volume
 
-APART = 0.5  # between two samples of a ray, in voxel sizes
-VISIBLE = 1 / 255  # accumulated opacity from which on a ray has met something visible
-FAINTEST = 0.05  # least share of what is visible along the ray that makes a place of its own
-FALL = 0.5  # part of a peak to which weights fall, and rise from, between two places
+APART = 0.5  # distance of samples along a ray, in voxel sizes
+VISIBLE = 1 / 255  # accumulated opacity at which a ray has met something visible
+FAINTEST = 0.05  # least share of the ray's opacity that makes a separate place
+FALL = 0.5  # share of a peak below which weights fall between two places
 
 
 def cut_rays(
     volume: Volume, inputs: SceneInputs, at: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], ...]:
-    """Return eyes and rays (n, 3) of pixels (n, 2), and where they enter and leave (n,) what shows.
+    """Return eyes and rays (n, 3) of pixels (n, 2), and their entry and exit (n,).
 
     A pixel is to the right and up from the image's middle, in halves of its shorter side. Eyes are
-    in fractions of the volume's lengths, ends in rays, which are as long as half its diagonal. A
-    ray that misses leaves no later than it enters.
+    in fractions of the volume's lengths; entry and exit of the shown part are in ray lengths of
+    half its diagonal. A ray that misses exits no later than it enters.
     """
     shape, box = volume.proportions, inputs.part.crop
     projection = Projection(inputs.view, shape)
     eyes, ahead = (projection.points(at, np.full(len(at), along)) for along in (0.0, 1.0))
     cosines = projection.depths(ahead) - projection.depths(eyes)
-    # How deep each ray's begin and end are behind the planes of what is shown.
+    # Depth of each ray's ends behind the planes of the shown part.
     near, far = (np.hstack([points - box.low, box.high - points]) for points in (eyes, ahead))
     if (clip := inputs.clip) is not None:
         near, far = np.c_[near, clip.depths(eyes, shape)], np.c_[far, clip.depths(ahead, shape)]
@@ -49,7 +49,7 @@ def cut_rays(
 def places_along(
     volume: Volume, inputs: SceneInputs, at: tuple[float, float]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return places (n, 3) along a pixel's ray, in fractions, and what each adds to its opacity."""
+    """Return points (n, 3) along a pixel's ray, in fractions, and their shares of its opacity."""
     (start,), (ray,), (enter,), (leave,) = cut_rays(volume, inputs, np.array([at]))
     step = APART * volume.voxel_size / volume.radius
     count = int(np.ceil((leave - enter) / step)) if leave > enter else 0
@@ -73,12 +73,12 @@ def places_along(
 def ray_places(
     volume: Volume, inputs: SceneInputs, at: tuple[float, float]
 ) -> list[tuple[Triple, float]]:
-    """Return the places seen under a pixel, from the eye on, with what each adds to its opacity."""
+    """Return the places under a pixel, from the eye on, with their shares of its opacity."""
     points, weights = places_along(volume, inputs, at)
     whole = float(weights.sum())
     if whole < VISIBLE:
         return []
-    # Means of two samples: noise has no places of its own.
+    # Means of two samples, so that noise makes no places.
     starts = _valleys((weights + np.append(weights[1:], 0.0)).tolist())
     found: list[tuple[Triple, float]] = []
     for first, last in zip([0, *starts], [*starts, len(weights)], strict=True):
@@ -109,7 +109,7 @@ def _valleys(weights: list[float]) -> list[int]:
 def values_at(
     volume: Volume, points: NDArray[np.float64], is_nearest: bool = False
 ) -> NDArray[np.float64]:
-    """Return the scalar values (n,) at points (n, 3) of a volume, NaN where it has none."""
+    """Return the scalar values (n,) at points (n, 3) of a volume, NaN outside."""
     hidden = volume.hidden
     ((nearest, _),) = _corners(volume, points, True)
     missing = np.zeros(len(points), bool) if hidden is None else hidden[tuple(nearest.T[::-1])]
@@ -127,7 +127,7 @@ def values_at(
 def _corners(
     volume: Volume, points: NDArray[np.float64], is_nearest: bool
 ) -> Iterator[tuple[NDArray[np.intp], NDArray[np.float64]]]:
-    """Yield voxels (n, 3), x first, that points (n, 3) lie between, and what each counts for."""
+    """Yield the voxels (n, 3), x first, around points (n, 3), and their weights."""
     last = np.array(volume.dimensions) - 1
     places = np.clip(points, 0.0, 1.0) * last
     if is_nearest:

@@ -14,7 +14,7 @@ from model.scene.inputs import SceneInputs
 from model.scene.scene import LightDirection, Lighting, RendererName
 from model.scene.volume import Volume
 
-SMOOTH = 5  # samples of the ray caster's final pictures for each one of VTK's
+SMOOTH = 5  # samples of the ray caster's final pictures per sample of VTK's
 
 
 class Renderer(Protocol):
@@ -32,9 +32,9 @@ class Renderer(Protocol):
     ) -> NDArray[np.float32]:
         """Render RGBA, float32 (rows, columns, 4) in [0, 1], premultiplied, row 0 at the top.
 
-        The size is width and height in pixels, or the pixels of a wider image or of a part; the
-        sample distance, in voxels, is by default the renderer's own. The ray caster calls
-        `go_on` before each part, in any thread; it may raise to give the image up.
+        The size is width and height in pixels, or a raster; the sample distance, in voxels,
+        defaults to the renderer's own. The ray caster calls `go_on` before each part, in any
+        thread; it may raise to cancel the image.
         """
 
     def close(self) -> None:
@@ -49,9 +49,9 @@ def open_renderer(
     sample_distance: float = 0.5,
     threads: int | None = None,
 ) -> Renderer:
-    """Create a renderer by name, importing only the libraries that it needs.
+    """Create a renderer by name; import only its libraries.
 
-    Raises :class:`RenderError` when the renderer cannot run on this machine.
+    Raises :class:`RenderError` if the renderer cannot run on this machine.
     """
     if name == "vtk":
         from model.rendering.vtk_renderer import VtkRenderer
@@ -67,20 +67,20 @@ def open_renderer(
 
 
 def smooth_distance(distance: float, lighting: Lighting) -> float:
-    """Return the sample distance of the ray caster's final pictures, from VTK's, in voxels.
+    """Return the sample distance of the ray caster's final pictures, in voxels, from VTK's.
 
-    Thin layers of a TF show rings where samples are half a voxel apart, in VTK's pictures, too. The
-    ray caster's can do without, as close samples take little time. Paths have no steps.
+    Samples half a voxel apart show rings in thin layers of a TF, also with VTK. The ray caster
+    avoids them, as close samples take little time. Paths have no steps.
     """
     return distance if lighting == "path" else distance / SMOOTH
 
 
 class FallbackRenderer:
-    """Draws by VTK until that fails, and by the ray caster from then on.
+    """Draws by VTK and, once that fails, by the ray caster.
 
-    Where no graphics card draws for VTK, the ray caster may do so from the start. Not for data
-    sets, whose images are all of one renderer. `reason` says in a sentence what VTK failed in,
-    `remark` why the ray caster draws though VTK did not fail; both are "" if VTK draws.
+    Without a graphics card, the ray caster may draw from the start. Not for data sets, which need a
+    single renderer. `reason` describes VTK's failure, `remark` why the ray caster draws although
+    VTK did not fail; both are "" if VTK draws.
     """
 
     def __init__(

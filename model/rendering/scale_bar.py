@@ -1,4 +1,4 @@
-"""The scale bar of a picture: how long it is, and at which depth that holds."""
+"""A picture's scale bar: its length, and the depth at which it is valid."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from model.scene.view import NEAREST_DEPTH, Projection, View
 from model.scene.volume import Triple, Volume
 from model.volume_files.grid import METRES
 
-WIDEST = 0.25  # length of a bar at most, relative to the picture's shorter side
+WIDEST = 0.25  # largest length of a bar, relative to the picture's shorter side
 
 DEPTH_TEXT = "in the plane through the middle of what is shown"
-"""Where a bar holds: nearer things look larger in perspective, and farther ones smaller."""
+"""Depth at which a bar is valid: in perspective, nearer things look larger."""
 
 _ROUND = (5.0, 2.0, 1.0)
 _METRIC = (("km", 1e3), ("m", 1.0), ("mm", 1e-3), ("µm", 1e-6), ("nm", 1e-9))
@@ -36,17 +36,17 @@ class ScaleBar:
 
 @dataclass(frozen=True)
 class Scale:
-    """Lengths of a volume, and the middle of what is shown of it."""
+    """Lengths of a volume, and the middle of its shown part."""
 
     proportions: Triple  # the volume's lengths along x, y and z, relative to its diagonal
     radius: float  # half the diagonal, in the unit
     unit: str  # of lengths; empty if unknown
-    low: Triple  # corners of the box around what is shown, in fractions of the volume's lengths
+    low: Triple  # corners of the box around the shown part, in fractions of the volume's lengths
     high: Triple
 
     @classmethod
     def of(cls, volume: Volume, shown: NDArray[np.float64] = WHOLE) -> Scale:
-        """Return the scale of a volume of which these points, shape (n, 3), are shown."""
+        """Return the scale of a volume for its shown points (n, 3)."""
         unit = volume.file.spacing_unit
         if not unit and set(volume.spacing) == {1.0}:
             unit = "voxels"
@@ -54,7 +54,7 @@ class Scale:
         return cls(volume.proportions, volume.radius, unit, low, high)
 
     def bar(self, view: View, part: ShownPart = WHOLE_PART) -> ScaleBar | None:
-        """Return the longest bar of 1, 2 or 5 units that is short enough; None close to the eye."""
+        """Return the longest bar of a round length that fits; None close to the eye."""
         span = self.span(view, part)
         if span is None:
             return None
@@ -65,14 +65,14 @@ class Scale:
         return ScaleBar(length * factor / span, f"{length:.12g} {unit or 'units'}")
 
     def length_text(self, start: ArrayLike, end: ArrayLike) -> str:
-        """Write the distance of two points, in fractions of the volume's lengths."""
+        """Format the distance of two points, in fractions of the volume's lengths."""
         across = np.subtract(end, start) * self.proportions
         length = 2 * self.radius * float(np.linalg.norm(across))
         factor, unit = _unit_for(length, self.unit)
         return f"{length / factor:.4g} {unit or 'units'}"
 
     def span(self, view: View, part: ShownPart = WHOLE_PART) -> float | None:
-        """Length that the picture's shorter side spans at the depth of the middle; None if near."""
+        """Length of the picture's shorter side at the depth of the middle; None if near."""
         crop = part.crop
         low, high = np.maximum(self.low, crop.low), np.minimum(self.high, crop.high)
         if (low > high).any():
@@ -91,7 +91,7 @@ class Scale:
 
 
 def volume_text(voxels: int, volume: Volume) -> str:
-    """Say how much space some voxels take, in the file's unit; without one, their number."""
+    """Format the volume of some voxels in the file's unit, or their number without one."""
     unit = volume.file.spacing_unit
     if unit.lower() not in METRES:
         return f"{voxels:,} voxel{'' if voxels == 1 else 's'}"
@@ -105,7 +105,7 @@ def volume_text(voxels: int, volume: Volume) -> str:
 
 
 def _unit_for(length: float, unit: str) -> tuple[float, str]:
-    """Factor and name of the metric unit in which a length is 1 to 1,000; its own if not metric."""
+    """Factor and name of the metric unit in which a length is 1 to 1,000, or its own unit."""
     metres = METRES.get(unit.lower())
     if metres is None or unit.lower() not in _METRIC_UNITS:
         return 1.0, unit

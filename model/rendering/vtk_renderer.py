@@ -49,11 +49,11 @@ NORMAL_CORRECTION = (
     "in_modelViewMatrix * in_volumeMatrix[0] * vec4(shading_gradient.xyz, 0.0)",
     False,
 )
-"""Shader replacement by which normals are only rotated; VTK scales them by the volume's extents.
-The items are the text to replace, whether to do so before VTK's own replacements, the new text, and
-whether to replace every occurrence."""
+"""Shader replacement that only rotates normals; VTK scales them by the volume's extents. The items
+are the text to replace, whether to do so before VTK's own replacements, the new text, and whether
+to replace every occurrence."""
 
-NOISE = 3.0  # gradient at which its direction counts for a half, in deviations of the noise
+NOISE = 3.0  # gradient at which its direction has half weight, in deviations of the noise
 NATIVE_TYPES = (np.uint16, np.int16)  # scalar types that are rendered without conversion
 TABLE_ENTRIES = 1024  # length of VTK's look-up tables on the GPU
 
@@ -145,7 +145,7 @@ class VtkRenderer:
         colors = inputs.color_tf.sample(scalar_range)
         is_nearest = inputs.is_nearest(self._volume)
         if is_nearest:
-            # VTK does not interpolate its tables either: each entry has the nearest bin's.
+            # VTK does not interpolate its tables either: each entry has the nearest bin's value.
             bins = np.rint(np.linspace(0, TF_SAMPLES - 1, TABLE_ENTRIES)).astype(int)
             opacity, colors = opacity[bins], colors[bins]
         self._uniforms.SetUniformi("in_isNearest", int(is_nearest))
@@ -154,7 +154,7 @@ class VtkRenderer:
         self._color.BuildFunctionFromTable(*self._table_range, len(colors), colors.ravel().tolist())
         self._mapper.SetSampleDistance(distance)
         self._uniforms.SetUniformf("in_apart", distance)
-        # VTK's own opacity correction ignores opacities below 1e-4, so it is made an identity.
+        # VTK's opacity correction ignores opacities below 1e-4, so it is disabled.
         self._properties.SetScalarOpacityUnitDistance(distance)
         raster = Raster.of(size)
         self._point_camera(inputs.view, raster)
@@ -166,7 +166,7 @@ class VtkRenderer:
         return self._drawn(raster.rows, raster.columns)
 
     def _drawn(self, rows: int, columns: int) -> NDArray[np.float32]:
-        """Draw what is set, as RGBA in steps of 1/255, row 0 at the top."""
+        """Draw the scene as RGBA in steps of 1/255, row 0 at the top."""
         pixels = vtkUnsignedCharArray()
         self._check_failure()
         with drawing_errors() as errors:
@@ -174,7 +174,7 @@ class VtkRenderer:
             self._window.Render()
             self._window.GetRGBACharPixelData(0, 0, columns - 1, rows - 1, 0, pixels, 0)
         if errors:
-            # Kept: VTK says it once, and draws nothing without a word afterwards.
+            # Kept, as VTK reports it only once, and then draws nothing silently.
             self._failure = errors[-1] if "ompile" in errors[-1] else errors[0]
             self._check_failure()
         if pixels.GetNumberOfTuples() != rows * columns:
@@ -208,7 +208,7 @@ class VtkRenderer:
         camera.SetViewUp(*up)
         (x, y), (half_width, half_height) = raster.center, raster.half_size
         tangent = view.tangent
-        # Along the shorter side: VTK's angle ends at 179.9 degrees, which a tall part would need.
+        # Along the shorter side: VTK's angle is at most 179.9 degrees, too few for a tall part.
         camera.SetUseHorizontalViewAngle(half_height > half_width)
         shorter = min(half_width, half_height)
         camera.SetViewAngle(math.degrees(2 * math.atan(shorter * tangent)))
@@ -237,19 +237,19 @@ class VtkRenderer:
                     self._clip(np.array(corner) * extent, normal)
 
     def _hide(self, mask: Mask | None) -> None:
-        """Leave out what is missing, and what a mask hides."""
+        """Hide missing and masked voxels."""
         marks = marks_of(self._volume, mask)
         self._mapper.SetMaskInput(_image_data(self._volume, marks) if len(marks) else None)
 
     def _clip(self, origin: NDArray[np.float64], normal: NDArray[np.float64]) -> None:
-        """Show what is on the side of a plane that its normal points to."""
+        """Show only the side of a plane to which its normal points."""
         plane = vtkPlane()
         plane.SetOrigin(*origin)
         plane.SetNormal(*normal)
         self._mapper.AddClippingPlane(plane)
 
     def _set_shown(self, part: ShownPart) -> None:
-        """Tell the shader where the faces of what is shown are, in voxels."""
+        """Pass the faces of the shown part to the shader, in voxels."""
         low, high = part.corners(self._volume)
         self._uniforms.SetUniform3f("in_shownLow", tuple(low))
         self._uniforms.SetUniform3f("in_shownHigh", tuple(high))
@@ -258,9 +258,10 @@ class VtkRenderer:
 
 
 def _texture_scalars(volume: Volume) -> tuple[NDArray[Any], Range]:
-    """Return scalars of a type that VTK renders without conversion, and their range.
+    """Return scalars of a type that VTK renders directly, and their range.
 
     Bytes become 16 bits: Mesa interpolates 8-bit textures with 8 bits, up to half a TF bin wrong.
+
     """
     scalars, scalar_range = renderable_scalars(volume, (*NATIVE_TYPES, np.uint8))
     return scalars.astype(np.uint16) if scalars.dtype == np.uint8 else scalars, scalar_range
@@ -269,8 +270,8 @@ def _texture_scalars(volume: Volume) -> tuple[NDArray[Any], Range]:
 def _table_range(texture_range: Range, tf_range: Range) -> Range:
     """Return the range over which TFs are passed to VTK.
 
-    VTK samples a TF from end to end of the texture's range, but then reads entry i at (i + 1/2) /
-    TABLE_ENTRIES: the range is wider by half an entry at each end, unless it is mapped anyway.
+    VTK samples a TF over the texture's range, but reads entry i at (i + 1/2) / TABLE_ENTRIES: the
+    range is widened by half an entry at each end, unless it is mapped anyway.
     """
     if texture_range != tf_range:
         return texture_range
@@ -282,8 +283,8 @@ def _table_range(texture_range: Range, tf_range: Range) -> Range:
 def _table_mapping(texture_range: Range, tf_range: Range) -> tuple[str, bool, str, bool]:
     """Return a shader replacement that spreads VTK's look-up tables over another range.
 
-    VTK spreads them over the voxels' range, which leaves few entries for TFs over a small part of
-    it. Here they are read over the TFs' range, from the middle of the first entry to the last's.
+    VTK spreads them over the voxels' range, with few entries for TFs over a small part of it. Here
+    they span the TFs' range, from the middle of the first entry to that of the last.
     """
     (first, last), (lo, hi) = texture_range, tf_range
     share = (TABLE_ENTRIES - 1) / TABLE_ENTRIES
@@ -294,10 +295,10 @@ def _table_mapping(texture_range: Range, tf_range: Range) -> tuple[str, bool, st
 
 
 def _whole_rays(volume: Volume) -> tuple[tuple[str, bool, str, bool], ...]:
-    """Return shader replacements by which a ray's last step counts by the part of it inside.
+    """Return shader replacements that weight a ray's last step by its part inside.
 
-    VTK itself leaves the last step out or, where the ray is shorter than a step or ends at a
-    clipping plane, counts all of it: what is thinner than a step would be far too opaque.
+    VTK omits the last step or, if the ray is shorter than a step or ends at a clipping plane,
+    counts all of it: parts thinner than a step would be far too opaque.
     """
     begin = "while (!g_exit)\n  {"
     count = "vec3({}.0, {}.0, {}.0)".format(*volume.dimensions)
@@ -338,7 +339,7 @@ def _whole_rays(volume: Volume) -> tuple[tuple[str, bool, str, bool], ...]:
       }
     """
     last, past = "(g_dataPos - in_tex{}[0])", "(g_dataPos - g_dirStep - in_tex{}[0])"
-    # Rays that enter less than a step before the end are clipped away otherwise.
+    # Otherwise, rays that enter less than a step before the end are clipped away.
     start, entry = "startPosTex, in_texM", "startPosTex - g_rayJitter, {} + in_texM"
     return (
         (begin, False, begin + behind, True),
@@ -352,7 +353,7 @@ def _whole_rays(volume: Volume) -> tuple[tuple[str, bool, str, bool], ...]:
 
 
 def _hiding(volume: Volume) -> tuple[str, bool, str, bool]:
-    """Return a shader replacement that hides samples as the ray caster's `hidden_share` does."""
+    """Return a shader replacement that hides samples like the ray caster's `hidden_share`."""
     count = "vec3({}.0, {}.0, {}.0)".format(*volume.dimensions)
     code = f"""
   vec3 maskPlace = g_dataPos * {count} - 0.5;
@@ -374,10 +375,10 @@ def _hiding(volume: Volume) -> tuple[str, bool, str, bool]:
 
 
 def _solid_lighting(volume: Volume, noise: float) -> tuple[str, bool, str, bool]:
-    """Return a shader replacement that lights solid material, as the ray caster does."""
+    """Return a shader replacement that lights solid material like the ray caster."""
     count = "vec3({}.0, {}.0, {}.0)".format(*volume.dimensions)
     before = "finalColor.xyz = in_ambient[lightingComponent] * ambient +"
-    # For one light, the lamp. A ratio first, as fourth powers of small numbers would be 0.
+    # For one light, the lamp. A ratio first, as fourth powers of small numbers underflow.
     code = f"""
   vec3 change = shading_gradient.xyz * in_cellSpacing[0];
   float slope = length(change);
@@ -420,7 +421,7 @@ def _solid_lighting(volume: Volume, noise: float) -> tuple[str, bool, str, bool]
 
 
 def _label_gradient(volume: Volume) -> tuple[str, bool, str, bool]:
-    """Return a shader replacement by which labels have the ray caster's gradient."""
+    """Return a shader replacement that gives labels the ray caster's gradient."""
     count = "vec3({}.0, {}.0, {}.0)".format(*volume.dimensions)
     before = "vec4 shading_gradient = computeGradient(g_dataPos, component, in_volume[0], 0);"
     code = f"""
@@ -451,15 +452,15 @@ def _label_gradient(volume: Volume) -> tuple[str, bool, str, bool]:
 
 
 def _extent(volume: Volume) -> NDArray[np.float64]:
-    """A volume's lengths along x, y and z in voxel sizes, in which VTK gets all lengths."""
+    """A volume's lengths along x, y and z in voxel sizes, the unit of all lengths in VTK."""
     return np.array(volume.extent) / volume.voxel_size
 
 
 def _image_data(volume: Volume, scalars: NDArray[Any]) -> vtkImageData:
     """Wrap the scalars in a vtkImageData without copying.
 
-    Its first voxel is at 0, wherever the volume's is: views look at the volume's centre, and
-    far from 0 VTK's single-precision matrices lose the voxels.
+    Its first voxel is at 0, as VTK's single-precision matrices are inaccurate far from 0; views
+    look at the volume's centre anyway.
     """
     image = vtkImageData()
     image.SetDimensions(*volume.dimensions)

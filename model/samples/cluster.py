@@ -1,7 +1,7 @@
 """Rendering of a store on the workers of a Dask scheduler.
 
-Workers return the samples of a block, and this process writes them. The volume is the result of
-a task: Dask copies it from worker to worker, and makes it anew if all that have it are lost.
+Workers return the samples of a block, and this process writes them. The volume is a task's result:
+Dask copies it between workers, and recomputes it if it is lost.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ def render_store_on_cluster(
     on_progress: Callable[[int], None] = lambda count: None,
     patience: float = 300.0,
 ) -> None:
-    """Render a store's missing samples, the same as those rendered by one process."""
+    """Render a store's missing samples, equal to those rendered by one process."""
     waiting = deque((split, block) for split in SPLITS for block in store.missing_blocks(split))
     if not waiting:
         return
@@ -48,7 +48,7 @@ def render_store_on_cluster(
     done: SimpleQueue[Future] = SimpleQueue()
     with _connected(scheduler) as client, warnings.catch_warnings():
         warnings.filterwarnings("ignore", "Sending large graph")
-        # Plain data, which needs no tfscope to be read; no image shows the file's facts.
+        # Plain data, readable without tfscope; images do not depend on the file's metadata.
         data = {f.name: getattr(volume, f.name) for f in fields(volume)}
         data = {name: value for name, value in data.items() if name not in ("file", "stored")}
         sent = client.submit(dict, data, pure=False)
@@ -78,7 +78,7 @@ def render_store_on_cluster(
 
 
 def block_renderer() -> Callable[..., SampleBatch]:
-    """Return :func:`_render_block` by value: without tfscope a task fails, and not its worker."""
+    """Return :func:`_render_block` by value: without tfscope a task fails, not its worker."""
 
     def render(*arguments: Any) -> SampleBatch:
         from model.samples.cluster import _render_block
@@ -103,7 +103,7 @@ def _render_block(
 
 
 async def _identify(scheduler: str) -> None:
-    # A client would wait endlessly for a server that is silent.
+    # A client would wait forever for a silent server.
     security = Security().get_connection_args("client")
     async with rpc(scheduler, timeout=CONNECT_SECONDS, connection_args=security) as server:
         await server.identity()

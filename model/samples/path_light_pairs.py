@@ -1,7 +1,7 @@
-"""Pairs that the network behind the denoiser learns from: pictures of few samples, and of many.
+"""Training pairs of the network behind the denoiser: pictures of few samples and of many.
 
-Volumes are taken in turn, a block of pairs of each; a block is a file, and is drawn once: its
-random numbers depend on seed, volume and block only. What was drawn stays when it is stopped.
+Volumes take turns, with one block of pairs each; a block is a file, and is drawn once, as its
+random numbers depend only on seed, volume and block. Finished blocks stay after an interruption.
 """
 
 from __future__ import annotations
@@ -29,21 +29,21 @@ from model.scene.inputs import SceneInputs, draw_inputs
 from model.scene.scene import Scene
 from model.scene.volume import Volume
 
-FEW = (1, 2, 4)  # samples of each pixel of the pictures that are finished
+FEW = (1, 2, 4)  # samples of each pixel of the network's inputs
 BLOCK = 8  # pairs in a file
 SIZE = 128  # width and height of the pictures in pixels
 
 LARGEST = 3
-"""The pictures are parts of ones that are up to so many times as large: a part of a large picture
-has larger and smoother things in it than a small picture."""
+"""Largest scale of pictures from which parts are taken: these have larger and smoother structures
+than small pictures."""
 
 MANY = 64
-"""Samples of each pixel of the picture that is learned. It has noise, which no network can learn,
-but no bias, as a denoised one would have."""
+"""Samples of each pixel of the target. It has noise, which no network can learn, but not the bias
+of a denoised picture."""
 
-FIRST_TF_SHARE, CROP_SHARE = 0.25, 0.15  # of pairs with a volume's first TF, and with a crop
-LEAST_OPACITY = 0.04  # least mean opacity of a picture that becomes a pair
-BRIGHTEST = 8.0  # radiance that is kept of single pixels
+FIRST_TF_SHARE, CROP_SHARE = 0.25, 0.15  # shares of pairs with a volume's first TF, and with a crop
+LEAST_OPACITY = 0.04  # least mean opacity of a pair's picture
+BRIGHTEST = 8.0  # largest radiance of single pixels that is kept
 FIELDS = ("unlit", "direct", "soft", "opacity", "denoised", "traced", "exact")
 
 
@@ -52,8 +52,8 @@ class Pairs:
     """Pairs of one volume, float16, radiance and colours times opacity, channels before pixels.
 
     Images are (N, 3, h, w), the opacity (N, 1, h, w); `denoised` and `traced` have one image for
-    each number of samples in :data:`FEW`. `exact` is of many other samples, not denoised, and
-    `error` its standard error. Nothing learns from `direct`, which is there for comparison.
+    each number of samples in :data:`FEW`. `exact` has many other samples, not denoised, and `error`
+    is its standard error. `direct` is only for comparison.
     """
 
     unlit: NDArray[np.float16]
@@ -75,12 +75,12 @@ class PairDrawer:
         self._lit = {name: RaycastRenderer(volume, name) for name in ("direct", "soft")}
 
     def block(self, seed: int, number: int) -> Pairs | None:
-        """Draw the pairs of a block; None where the volume shows too little."""
+        """Draw the pairs of a block; None if too little of the volume is visible."""
         rng = np.random.default_rng([seed, number])
         few = PathTracer(self._volume, seed=2 * number + 1)
         many = PathTracer(self._volume, seed=2 * number + 2)
         found: list[dict[str, Any]] = []
-        # Many random TFs show next to nothing.
+        # Many random TFs show almost nothing.
         for _ in range(8 * BLOCK):
             drawn = self._pair(self._inputs(rng), self._part(rng), few, many)
             if drawn is not None:
@@ -163,14 +163,14 @@ def write_pairs(
 
 
 def write_block(path: Path, pairs: Pairs) -> None:
-    """Write a block of pairs, whole or not at all."""
+    """Write a block of pairs atomically."""
     content = BytesIO()
     np.savez(content, **vars(pairs))
     write_atomically(path, content.getvalue())
 
 
 def read_pairs(folder: Path) -> dict[str, Pairs]:
-    """Read all pairs of a folder, by the beginning of their volume's fingerprint."""
+    """Read all pairs of a folder, by the first digits of their volume's fingerprint."""
     found: dict[str, list[dict[str, Any]]] = {}
     for path in sorted(folder.glob("*-*-*.npz")):
         try:

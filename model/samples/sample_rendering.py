@@ -35,7 +35,7 @@ def render_samples(
 
 
 def make_renderer(volume: Volume, scene: Scene, threads: int | None = 1) -> Renderer:
-    """Create the renderer of a scene; the ray caster has so many threads, or one per processor."""
+    """Create a scene's renderer; the ray caster has this many threads, or one per processor."""
     check_volume(volume, scene)
     return open_renderer(
         scene.renderer, volume, scene.lighting, scene.light, scene.sample_distance, threads
@@ -86,7 +86,7 @@ def rendering_pool(workers: int, volume: Volume, scene: Scene) -> ProcessPoolExe
 
 @contextmanager
 def explained() -> Iterator[None]:
-    """Say what happened where a process of a pool ended: a :class:`RenderError`."""
+    """Raise a :class:`RenderError` with an explanation if a pool's process ended."""
     try:
         yield
     except BrokenProcessPool as error:
@@ -111,7 +111,7 @@ def _start_worker(volume: Volume, scene: Scene) -> None:
 @cache
 def own_renderer() -> Renderer:
     """Return the renderer of a process of the pool."""
-    # Not at the start of the process, so that errors reach the parent process.
+    # Not at the process's start, so that errors reach the parent process.
     return make_renderer(*_given)
 
 

@@ -7,8 +7,8 @@ A store has one group per split, ``train`` and ``holdout``, each with arrays of 
 
 Sample i of a split depends only on the scene, the seed and i. Samples are written in blocks of one
 Zarr chunk; a block is marked in ``complete`` once all of its arrays are on disk, and unfinished
-ones are rendered again. Every chunk has a checksum and is written even if it is all zero: Zarr
-would take a lost chunk for zeros.
+ones are rendered again. Every chunk has a checksum and is written even if it is all zero, as Zarr
+reads a lost chunk as zeros.
 """
 
 from __future__ import annotations
@@ -71,9 +71,9 @@ class SampleBatch:
 
 
 IMAGES = "rgba"
-ENCODED = "encoded_"  # first part of the names of encoded inputs, which are not stored
+ENCODED = "encoded_"  # prefix of the names of encoded inputs, which are not stored
 COUNTED = "view"  # array whose length is the intended number of samples
-RENDERING = "rendering"  # attribute of the store that holds how long its samples took
+RENDERING = "rendering"  # attribute of the store: rendering time of its samples
 MOST_SAMPLES = 100_000_000  # largest number of samples of a split
 
 
@@ -98,7 +98,7 @@ class SampleStore:
         except DatasetError:
             raise
         except Exception as error:
-            # Of many kinds: Zarr does not check what it finds.
+            # Of many kinds: Zarr does not check its input.
             raise DatasetError(
                 f"{path}: the folder is not a tfscope data set ({first_line(error)})."
             ) from error
@@ -107,7 +107,7 @@ class SampleStore:
 
     @classmethod
     def create(cls, path: Path, scene: Scene, seed: int, counts: dict[Split, int]) -> SampleStore:
-        """Create a store, or open an existing one to go on with it, or to grow it."""
+        """Create a store, or open an existing one to continue or enlarge it."""
         if path.exists() and (not path.is_dir() or any(path.iterdir())):
             store = cls(path)
             if store.scene != scene or store.seed != seed:
@@ -136,7 +136,7 @@ class SampleStore:
         return 0.0, 0
 
     def add_rendering(self, seconds: float, samples: int) -> None:
-        """Keep how long some of the samples took; the paper's Table 1 has that time."""
+        """Store the rendering time of some samples, for the paper's Table 1."""
         before, already = self.rendering
         both = {"seconds": round(before + seconds, 3), "samples": already + samples}
         self._root.attrs[RENDERING] = both
@@ -152,12 +152,12 @@ class SampleStore:
         ]
 
     def reopen_damaged(self) -> int:
-        """Have samples that are lost or altered count as not rendered yet; return their number."""
+        """Mark lost or altered samples as not rendered; return their number."""
         found = 0
         for split in SPLITS:
             missing = set(self.missing_blocks(split))
             flags = self._flags(split, len(_blocks(self.count(split))))
-            # Not those that no run has come to yet.
+            # Not those that were never rendered.
             found += sum(len(block) for block in missing if flags[block.start // BLOCK])
             for block in _blocks(self.count(split)):
                 if block in missing:
@@ -186,7 +186,7 @@ class SampleStore:
             )
 
     def require_holdout(self, count: int) -> None:
-        """Raise :class:`DatasetError` where samples are missing or hold-out ones are too few."""
+        """Raise :class:`DatasetError` if samples are missing or hold-out ones are too few."""
         self.require_complete()
         there = self.count("holdout")
         if count > there:
@@ -225,7 +225,7 @@ class SampleStore:
             self._array(split, "complete")[block.start // BLOCK] = len(block)
 
     def _lost(self, split: Split, number: int) -> str:
-        """Return the file that a block lacks, by its number; empty if it is whole."""
+        """Return a block's missing file; empty if the block is complete."""
         for name, (shape, _) in _shapes(self.scene).items():
             file = self.path.joinpath(split, name, "c", str(number), *"0" * len(shape))
             if not file.is_file():
@@ -245,7 +245,7 @@ class SampleStore:
         """Yield a split in random order, endlessly, without holding it in memory.
 
         Blocks are read in random order; batches are drawn at random from a pool of them. Samples
-        that do not fill a pool's last batch are left out of the pass.
+        that do not fill a pool's last batch are skipped in this pass.
         """
         all_blocks = _blocks(self.count(split))
         pool_blocks = max(POOL_BLOCKS, -(-batch_size // BLOCK))
@@ -268,7 +268,7 @@ class SampleStore:
         try:
             array = self._root.get(f"{split}/{name}")
         except Exception:
-            # Of many kinds, for an array's damaged description.
+            # Of many kinds, for an array's damaged metadata.
             array = None
         if not isinstance(array, zarr.Array):
             raise DatasetError(
@@ -278,13 +278,13 @@ class SampleStore:
         return array.with_config({"write_empty_chunks": True})
 
     def _check_arrays(self, split: Split) -> None:
-        """Refuse arrays that are not as :func:`_arrays` says."""
+        """Refuse arrays that do not match :func:`_arrays`."""
         count = self.count(split)
         if count > MOST_SAMPLES:
             raise DatasetError(f"{self.path}: {count} {split} samples are more than there can be.")
         for name, (shape, chunks, dtype) in _arrays(self.scene, count).items():
             array = self._array(split, name)
-            # A resize that was killed leaves the others longer than the counted one.
+            # A killed resize leaves the others longer than the counted one.
             length, *sample = array.shape
             found = tuple(sample), array.chunks, array.dtype
             if length < shape[0] or found != (shape[1:], chunks, np.dtype(dtype)):
@@ -294,12 +294,12 @@ class SampleStore:
                 )
 
     def _flags(self, split: Split, count: int) -> NDArray[np.uint8]:
-        """Read the flags of the first blocks; those that cannot be read are 0."""
+        """Read the flags of the first blocks; unreadable ones are 0."""
         array = self._array(split, "complete")
         try:
             return np.asarray(array[:count], dtype=np.uint8)
         except Exception:
-            # Of many kinds: see which it is.
+            # Of many kinds: find out which.
             flags = np.zeros(count, dtype=np.uint8)
             for index in range(count):
                 with suppress(Exception):
@@ -346,7 +346,7 @@ def _shapes(scene: Scene) -> dict[str, tuple[tuple[int, ...], str]]:
 
 
 def _arrays(scene: Scene, count: int) -> dict[str, tuple[tuple[int, ...], tuple[int, ...], str]]:
-    """Shape, chunks and type of the arrays of a split with so many samples."""
+    """Shape, chunks and type of the arrays of a split with this many samples."""
     arrays = {n: ((count, *s), (BLOCK, *s), t) for n, (s, t) in _shapes(scene).items()}
     # One flag per chunk, so that two processes never write the same file.
     return {**arrays, "complete": ((len(_blocks(count)),), (1,), "uint8")}

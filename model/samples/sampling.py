@@ -20,7 +20,7 @@ EDIT_HEIGHT = 0.1  # maximum opacity that random edits add or subtract
 
 
 def sample_rng(seed: int, split: Split, index: int) -> np.random.Generator:
-    """Return the random generator of one sample, which depends on the arguments only."""
+    """Return the random generator of one sample, which depends only on the arguments."""
     return np.random.default_rng([seed, get_args(Split).index(split), index])
 
 
@@ -30,7 +30,7 @@ def draw_sample(scene: Scene, seed: int, split: Split, index: int) -> SceneInput
 
 
 def sample_kind(scene: Scene, seed: int, split: Split, index: int) -> OpacityKind:
-    """Return the kind of a sample's opacity TF, by drawing what comes before it again."""
+    """Return the kind of a sample's opacity TF, by drawing the preceding inputs again."""
     rng = sample_rng(seed, split, index)
     draw_view(rng, scene.view_range)
     return draw_kind(rng, scene)
