@@ -41,10 +41,7 @@ def short(number: float, digits: int = 2, *, signed: bool = False) -> str:
 
 
 def significant(number: float, digits: int) -> str:
-    """Write a number with a limited number of significant digits, such as ``"2480"``, ``"0.05"``.
-
-    Digits before the point are all written; there is no exponent from .0001 to a million.
-    """
+    """Format a number with a limited number of significant digits: ``"2480"``, ``"0.05"``."""
     size = abs(number)
     if not size or not SMALLEST <= size < MILLION:
         return f"{number + 0.0:.{digits}g}"

@@ -13,10 +13,7 @@ Box = QRect | QRectF
 def freest(
     corners: Iterable[tuple[float, float]], size: QSize | QSizeF, *layers: Sequence[Box]
 ) -> tuple[float, float]:
-    """Return the first corner at which a box of a size covers the fewest others.
-
-    The first layer of boxes counts before the second. Corners are upper left ones.
-    """
+    """Return the upper left corner at which a box covers the fewest others, by layers."""
     places = np.array(list(corners), dtype=np.float64)
     low, high = places[:, None], places[:, None] + (size.width(), size.height())
     counts = []

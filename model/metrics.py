@@ -42,10 +42,7 @@ def masked_rmse(image: Image, truth: Image, opacity: Image) -> float:
 
 
 def ssim(image: Image, truth: Image) -> float:
-    """Structural similarity (Wang et al. 2004), 1 for equal images.
-
-    Uses scikit-image's uniform windows of 7 x 7 pixels; the paper uses Gaussian windows.
-    """
+    """Structural similarity (Wang et al. 2004) by windows of 7 x 7 pixels; 1 for equal images."""
     pair = np.clip(image, 0, 1).astype(np.float64), truth.astype(np.float64)
     return float(structural_similarity(*pair, channel_axis=-1, data_range=1.0))
 

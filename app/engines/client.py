@@ -188,10 +188,7 @@ class EngineClient(QObject):
         self._channels[channel.name] = channel
 
     def start(self, factory: Callable[..., Engine], busy_text: str) -> None:
-        """Replace the engine by one that `factory` builds in a new worker thread.
-
-        It also builds engines for requests with settings of their own.
-        """
+        """Replace the engine by the one that `factory` builds in a new worker thread."""
         self.stop()
         self._takes_requests = True
         self._is_built = False

@@ -128,10 +128,7 @@ class Drawer:
     def _in_halves(
         self, inputs: SceneInputs, raster: Raster, watch: Watch
     ) -> Generator[Image, None, Image]:
-        """Yield an image of which half the pixels are drawn, like a chessboard's black squares.
-
-        The others are interpolated, and drawn for the image that is returned.
-        """
+        """Yield an image with half its pixels drawn, like a board's black squares; return all."""
         rgba = np.zeros((*raster.shape, 4), dtype=np.float32)
 
         def drawn(squares: tuple[tuple[int, int], ...]) -> Array:

@@ -1,7 +1,4 @@
-"""Renderers and generators as engines, and their builders for worker threads.
-
-VTK and torch are imported only by the builders, so that the window appears before they are loaded.
-"""
+"""Renderers and generators as engines, and their builders for worker threads."""
 
 from __future__ import annotations
 
@@ -16,22 +13,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from app.engines import requests
 from app.engines.drawer import Drawer
 from app.engines.pace import FIRST_SCALE, FIRST_SLOW_SCALE, Sizes
 from app.engines.renderer_engine import ReferenceEngine, RendererEngine
-from app.engines.requests import (
-    UNWATCHED,
-    Array,
-    BatchRequest,
-    Engine,
-    Image,
-    ImageRequest,
-    PictureRequest,
-    ReferenceSettings,
-    RegionSensitivityRequest,
-    ValueSensitivityRequest,
-    Watch,
-)
 from model.kernel_cache import KernelGroup
 from model.rendering.renderer import Renderer
 from model.rendering.scalars import KERNEL_TYPES, keeps_type
@@ -72,18 +57,18 @@ class Builders:
     """
 
     read_volume: Callable[..., Volume]
-    reference: Callable[[Volume, ReferenceSettings], Engine]
-    generator: Callable[..., Engine]
-    analyst: Callable[[Volume, ReferenceSettings], Engine]
+    reference: Callable[[Volume, requests.ReferenceSettings], requests.Engine]
+    generator: Callable[..., requests.Engine]
+    analyst: Callable[[Volume, requests.ReferenceSettings], requests.Engine]
     latent_space: Callable[[Range, Range, ValueScale, Path | None], LatentSpace]
-    kernels: Callable[[Volume, ReferenceSettings], tuple[KernelGroup, ...]] = lambda *_: ()
+    kernels: Callable[[Volume, requests.ReferenceSettings], tuple[KernelGroup, ...]] = lambda *_: ()
 
     def on(self, device: str) -> Builders:
         """Return the same with generators on a device: "auto", "cpu" or "cuda"."""
         return replace(self, generator=partial(self.generator, device=device))
 
 
-class GeneratorEngine(Engine):
+class GeneratorEngine(requests.Engine):
     """A trained generator as an engine; images always have the generator's size."""
 
     scene: Scene
@@ -101,18 +86,24 @@ class GeneratorEngine(Engine):
         words = [device, BACKEND_NAMES[name], "" if precision == "float32" else precision]
         return ", ".join(filter(None, words))
 
-    def images_of(self, request: ImageRequest, watch: Watch = UNWATCHED) -> Iterator[Image]:
+    def images_of(
+        self, request: requests.ImageRequest, watch: requests.Watch = requests.UNWATCHED
+    ) -> Iterator[requests.Image]:
         """Generate one image."""
         begun = time.perf_counter()
         rgba = self._generator.render(request.inputs)
-        yield Image(rgba, time.perf_counter() - begun, self.description)
+        yield requests.Image(rgba, time.perf_counter() - begun, self.description)
 
-    def picture(self, request: PictureRequest, watch: Watch = UNWATCHED) -> NDArray[np.uint8]:
+    def picture(
+        self, request: requests.PictureRequest, watch: requests.Watch = requests.UNWATCHED
+    ) -> NDArray[np.uint8]:
         """Generate an image; its size is the generator's."""
         image = self._generator.render(request.inputs)
         return np.rint(255 * np.clip(image, 0, 1)).astype(np.uint8)
 
-    def images(self, request: BatchRequest, watch: Watch = UNWATCHED) -> Array:
+    def images(
+        self, request: requests.BatchRequest, watch: requests.Watch = requests.UNWATCHED
+    ) -> requests.Array:
         """Generate all images in one pass, of latent codes if there are any."""
         if request.codes:
             codes = np.array(request.codes, dtype=np.float32)
@@ -120,8 +111,8 @@ class GeneratorEngine(Engine):
         return self._generator.render_batch([request.inputs, *request.more])
 
     def region_sensitivity(
-        self, request: RegionSensitivityRequest, watch: Watch = UNWATCHED
-    ) -> Array:
+        self, request: requests.RegionSensitivityRequest, watch: requests.Watch = requests.UNWATCHED
+    ) -> requests.Array:
         """Differentiate the generated image; the region is in its pixels."""
         found = self._sensitivity(request.inputs, request.width)
         if request.measure == "change":
@@ -129,8 +120,8 @@ class GeneratorEngine(Engine):
         return found.region(request.region)
 
     def value_sensitivity(
-        self, request: ValueSensitivityRequest, watch: Watch = UNWATCHED
-    ) -> Array:
+        self, request: requests.ValueSensitivityRequest, watch: requests.Watch = requests.UNWATCHED
+    ) -> requests.Array:
         """Differentiate the generated image forwards."""
         edit = edit_over(request.values, self.scene.scalar_range, request.width)
         return self._sensitivity(request.inputs, request.width).change(edit)
@@ -159,7 +150,7 @@ def _read_volume(path: Path, raw: RawLayout | None = None, choice: Choice | None
     return read_volume(path, raw=raw, choice=choice or Choice())
 
 
-def _reference_engine(volume: Volume, settings: ReferenceSettings) -> Engine:
+def _reference_engine(volume: Volume, settings: requests.ReferenceSettings) -> requests.Engine:
     from model.rendering.renderer import FallbackRenderer, open_renderer
 
     name, lighting = settings.renderer, settings.lighting
@@ -180,13 +171,15 @@ def _reference_engine(volume: Volume, settings: ReferenceSettings) -> Engine:
     return ReferenceEngine(drawer, partial(FallbackRenderer, *place, spares, caster))
 
 
-def _drawer(settings: ReferenceSettings, renderer: Renderer, name: RendererName = "vtk") -> Drawer:
+def _drawer(
+    settings: requests.ReferenceSettings, renderer: Renderer, name: RendererName = "vtk"
+) -> Drawer:
     sizes = Sizes(FIRST_SLOW_SCALE if settings.lighting == "soft" else FIRST_SCALE)
     distances = settings.sample_distance, settings.smooth_distance
     return Drawer(renderer, distances[0], name, distances[1], settings.passes, sizes=sizes)
 
 
-def _path_tracing_engine(volume: Volume, settings: ReferenceSettings) -> Engine:
+def _path_tracing_engine(volume: Volume, settings: requests.ReferenceSettings) -> requests.Engine:
     from app.engines.path_tracing import PathTracingEngine
     from model.generator.path_light_cleaning import cleaning_of
     from model.rendering.path_tracing.refinement import RefiningRenderer
@@ -205,7 +198,7 @@ def _path_tracing_engine(volume: Volume, settings: ReferenceSettings) -> Engine:
     return PathTracingEngine(refining, settings.sample_distance, release, may_preview)
 
 
-def _analyst_engine(volume: Volume, settings: ReferenceSettings) -> Engine:
+def _analyst_engine(volume: Volume, settings: requests.ReferenceSettings) -> requests.Engine:
     # The window needs these modules to show answers; loaded here, they do not block it.
     for library in ("cmap", "scipy.ndimage", "skimage.measure", "skimage.transform"):
         import_module(library)
@@ -220,7 +213,7 @@ def _analyst_engine(volume: Volume, settings: ReferenceSettings) -> Engine:
     return _reference_engine(volume, replace(settings, renderer="raycast"))
 
 
-def _generator_engine(folder: Path, device: str) -> Engine:
+def _generator_engine(folder: Path, device: str) -> requests.Engine:
     from model.generator.generator import Generator
 
     return GeneratorEngine(Generator.load(folder, device, fastest=True))
@@ -236,7 +229,7 @@ def _latent_space(
     return LatentSpace.shipped(scalar_range, window, scale)
 
 
-def _kernels(volume: Volume, settings: ReferenceSettings) -> tuple[KernelGroup, ...]:
+def _kernels(volume: Volume, settings: requests.ReferenceSettings) -> tuple[KernelGroup, ...]:
     is_native = keeps_type(volume, KERNEL_TYPES)
     voxels = volume.voxels.dtype.name if is_native else "float32"
     if settings.lighting != "path":

@@ -11,11 +11,7 @@ from model.scene.scene import Scene
 
 @dataclass(frozen=True, eq=False)
 class Result:
-    """Result of a request: an image or another array, or an error, which is one sentence.
-
-    An image that gets better has several results. The remark is the engine's; "" leaves it as it
-    was.
-    """
+    """One result of a request: an image, another array, or an error; the remark is the engine's."""
 
     request: Request
     image: Image | None

@@ -56,11 +56,7 @@ class Pace:
         return None if per_pixel is None else per_pixel * self._pixels(size)
 
     def scale(self, kind: object, size: float, seconds: float, first: float) -> float:
-        """Return the largest of :data:`SCALES` at which an image takes at most some seconds.
-
-        The size is the square root of the number of pixels; `first` is the scale while no time is
-        known.
-        """
+        """Return the largest of :data:`SCALES` at which an image takes at most some seconds."""
         per_pixel = self._per_pixel.get(kind)
         if per_pixel is None:
             return first

@@ -135,10 +135,7 @@ class Request:
 
 @dataclass(frozen=True)
 class ImageRequest(Request):
-    """Request for ever better images of a scene; for one image while something moves.
-
-    The quality's size is that of the final image; coarser ones have fewer pixels.
-    """
+    """Request for a scene's images of growing quality, or for one while something moves."""
 
     asks = "images_of"
     stop: Exactness = STOPS[USUAL]
@@ -165,10 +162,7 @@ class PictureRequest(Request):
 
 @dataclass(frozen=True)
 class BatchRequest(Request):
-    """Request for several images, float32 (N, S, S, 4).
-
-    A generator can draw N latent codes instead of opacity TFs; the other inputs are then equal.
-    """
+    """Request for several images, float32 (N, S, S, 4), which may be of N latent codes."""
 
     asks = "images"
     more: tuple[SceneInputs, ...] = ()  # those of all images but the first, which has `inputs`

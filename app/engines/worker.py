@@ -10,14 +10,7 @@ from functools import partial
 import numpy as np
 from PySide6.QtCore import QObject, Qt, Signal, Slot
 
-from app.engines.messages import (
-    EngineFailed,
-    EngineReady,
-    Message,
-    Progress,
-    Result,
-    error_sentence,
-)
+from app.engines import messages
 from app.engines.requests import (
     IMAGES_B,
     Engine,
@@ -77,10 +70,7 @@ class Mailbox:
             self._abandoned.add(channel)
 
     def wants(self, request: Request) -> bool:
-        """Return False if a request that was taken is cancelled or replaced by a newer one.
-
-        Newer requests do not replace live ones: otherwise a drag would show nothing until it ends.
-        """
+        """Return False if a request was cancelled, or replaced before it started."""
         if self._closed:
             return False
         newer = self._slots.get(request.channel)
@@ -128,7 +118,7 @@ class EngineWorker(QObject):
         self._delivered: dict[str, int] = {}
         self._engines: dict[ReferenceSettings | None, Engine] = {}
         # Requests whose better images may follow, by their channel.
-        self._begun: dict[str, tuple[Request, Iterator[Result]]] = {}
+        self._begun: dict[str, tuple[Request, Iterator[messages.Result]]] = {}
         self._thread = threading.Thread(target=self._run, name=THREAD_PREFIX + name, daemon=True)
         self._message.connect(self._deliver, Qt.ConnectionType.QueuedConnection)
 
@@ -166,10 +156,12 @@ class EngineWorker(QObject):
     def _serve(self) -> None:
         try:
             engine = self._engines[None] = self._factory()
-            ready = EngineReady(engine.description, engine.scene, engine.draws_codes, engine.remark)
+            ready = messages.EngineReady(
+                engine.description, engine.scene, engine.draws_codes, engine.remark
+            )
         except BaseException as error:
             # Any exception: the window would wait forever for a thread that ended silently.
-            self._message.emit(EngineFailed(error_sentence(error)))
+            self._message.emit(messages.EngineFailed(messages.error_sentence(error)))
             return
         try:
             self._message.emit(ready)
@@ -223,21 +215,21 @@ class EngineWorker(QObject):
             now = time.monotonic()
             if now - last >= PROGRESS_S:
                 last = now
-                self._message.emit(Progress(request, part))
+                self._message.emit(messages.Progress(request, part))
 
         return Watch(partial(self._mailbox.wants, request), note)
 
     @Slot(object)
-    def _deliver(self, message: Message) -> None:
+    def _deliver(self, message: messages.Message) -> None:
         if message is None:
             self.finished.emit()
         elif self._mailbox.closed:
             pass
-        elif isinstance(message, EngineReady):
+        elif isinstance(message, messages.EngineReady):
             self.engineReady.emit(message)
-        elif isinstance(message, Progress):
+        elif isinstance(message, messages.Progress):
             self.progressed.emit(message)
-        elif isinstance(message, EngineFailed):
+        elif isinstance(message, messages.EngineFailed):
             self.engineFailed.emit(message.error)
         elif message.request.sequence >= self._delivered.get(message.request.channel, -1):
             self._delivered[message.request.channel] = message.request.sequence
@@ -246,7 +238,7 @@ class EngineWorker(QObject):
 
 def _results(
     engine_of: Callable[[Request], Engine], request: Request, watch: Watch
-) -> Iterator[Result]:
+) -> Iterator[messages.Result]:
     """Answer a request, with exceptions as error sentences, while the answer is wanted."""
     start = time.perf_counter()
     try:
@@ -256,10 +248,10 @@ def _results(
             seconds = time.perf_counter() - start
             answer = iter([Image(answer, seconds, engine.description, error=engine.image_error)])
         for image in answer:
-            yield Result(request, image, None, engine.remark)
+            yield messages.Result(request, image, None, engine.remark)
             if not watch.is_wanted():
                 return
     except (SupersededError, GeneratorExit):
         return
     except BaseException as exception:
-        yield Result(request, None, error_sentence(exception))
+        yield messages.Result(request, None, messages.error_sentence(exception))

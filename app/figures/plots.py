@@ -102,10 +102,7 @@ SPACING = 6  # pixels between rows and columns
 
 
 class Page:
-    """A figure of columns and rows below a title, with these widths and heights in pixels.
-
-    Without a display it is drawn off screen. Methods return the plot that they add.
-    """
+    """A figure of columns and rows below a title, in pixels; methods return the added plot."""
 
     def __init__(self, title: str, widths: list[int], heights: list[int]) -> None:
         if sys.platform == "linux":

@@ -10,21 +10,13 @@ import numpy as np
 from app.figures.plots import Page, TFPlot
 from model.scene.region import Region
 from model.scene.transfer_function import TF_SAMPLES
-from model.sensitivity.display import (
-    UNIT,
-    Measure,
-    color_bar,
-    field_of_value,
-    overlay,
-    overlay_globally,
-    scale_of,
-    shown_field,
-    shown_responses,
-    spread_blocks,
-)
+from model.sensitivity import display
 from model.sensitivity.result import SensitivityResult
 
-MEASURE_NAMES: dict[Measure, str] = {"change": "size of change", "signed": "change of brightness"}
+MEASURE_NAMES: dict[display.Measure, str] = {
+    "change": "size of change",
+    "signed": "change of brightness",
+}
 
 CUT_FROM = 3.0  # factor from which the highest response may be left out of a plot
 
@@ -44,7 +36,7 @@ def save_figure(
 
 
 def _save_curve(path: Path, result: SensitivityResult, caption: str, region: Region | None) -> None:
-    shown = shown_responses(result.sensitivity, result.pixels, result.width)
+    shown = display.shown_responses(result.sensitivity, result.pixels, result.width)
     title = f"Sensitivity of {result.place}: {result.source}"
     inside, highest = (float(np.abs(v).max(initial=0)) for v in (shown[result.in_window], shown))
     # The curve is cut off only if the background's values would make the others flat.
@@ -69,27 +61,27 @@ def _save_field(path: Path, result: SensitivityResult, caption: str) -> None:
     size = len(image)
     measure = result.measure
     if result.edit is not None:
-        field = shown_field(result.sensitivity, result.edit, measure)
-        label = UNIT
+        field = display.shown_field(result.sensitivity, result.edit, measure)
+        label = display.UNIT
     else:
         block = -(-size // len(result.sensitivity))
-        strength = field_of_value(result.sensitivity, None, result.scalar_range)
-        field = np.asarray(spread_blocks(strength, size, block), dtype=np.float64)
+        strength = display.field_of_value(result.sensitivity, None, result.scalar_range)
+        field = np.asarray(display.spread_blocks(strength, size, block), dtype=np.float64)
         label, measure = "mean over values, each relative to its largest", "change"
         caption = f"{caption}, r = {len(result.sensitivity)} blocks along each side"
-    scale = scale_of(field)
+    scale = display.scale_of(field)
     heights = [FIELD] if result.edit is None else [FIELD, BAND_HEIGHT]
     page = Page(f"Sensitivity to {result.place}: {result.source}", FIELD_WIDTHS, heights)
     page.picture(0, 0, "Image", image)
     if result.whole_scale is not None:
-        shown = overlay_globally(image, field, scale, result.whole_scale)
+        shown = display.overlay_globally(image, field, scale, result.whole_scale)
         page.picture(0, 1, MEASURE_NAMES["change"], shown)
-        page.bar(0, 2, color_bar("all values", 256), (0.0, result.whole_scale), label)
+        page.bar(0, 2, display.color_bar("all values", 256), (0.0, result.whole_scale), label)
         caption = f"{caption}, colours by the fields of all values, opaque from {scale:.2g}"
     else:
-        page.picture(0, 1, MEASURE_NAMES[measure], overlay(image, field, scale, measure))
+        page.picture(0, 1, MEASURE_NAMES[measure], display.overlay(image, field, scale, measure))
         low = -scale if measure == "signed" else 0.0
-        page.bar(0, 2, color_bar(measure, 256), (low, scale), label)
+        page.bar(0, 2, display.color_bar(measure, 256), (low, scale), label)
     if result.edit is not None:
         band = result.edit / result.edit.max()
         page.tf(1, 0, _plot_of(result, "the band of edits", band=band), columns=3)

@@ -18,10 +18,7 @@ LEAST_SHARE = 0.02  # of the width that is left to either image
 
 
 class WipeLine(QWidget):
-    """The wipe line in A's image: B's image is to its right. The mouse drags it.
-
-    A mouse press or key on either side, as in any pane, selects that pane for editing.
-    """
+    """The draggable wipe line in A's image: B's image is to its right."""
 
     is_shown = Painted(False, "_place")  # B's image is to its right; without it, A's is everywhere
 

@@ -25,15 +25,7 @@ from app.state.sensitivity_state import SensitivityState
 from model.rendering.raster import middle_square
 from model.scene.inputs import SceneInputs
 from model.scene.tf_perturbation import edit_over
-from model.sensitivity.display import (
-    FLOOR,
-    LEAST_DIFFERENCE,
-    Shown,
-    color_bar,
-    overlay,
-    scale_of,
-    shown_field,
-)
+from model.sensitivity import display
 
 BAR, HEIGHT, MARGIN = QSize(140, 10), 24, 8
 
@@ -72,7 +64,7 @@ class ColorBar(QToolButton):
         low, high, meaning = self._texts
         return "" if self.isHidden() else f"{low} to {high} {meaning}"
 
-    def show_scale(self, measure: Shown, texts: tuple[str, str, str], tip: str) -> None:
+    def show_scale(self, measure: display.Shown, texts: tuple[str, str, str], tip: str) -> None:
         """Show a scale."""
         self._bar = _shades(measure)
         self._texts = texts
@@ -131,7 +123,9 @@ class ColorBar(QToolButton):
         self._sensitivity.choose(locked=not self._sensitivity.choices.locked)
 
 
-def paint_bar(painter: QPainter, rect: QRect, right: int, measure: Shown, text: str) -> None:
+def paint_bar(
+    painter: QPainter, rect: QRect, right: int, measure: display.Shown, text: str
+) -> None:
     """Paint a colour bar into an image's lower left corner, with a text that ends at `right`."""
     bar = _shades(measure)
     x, y = rect.left() + MARGIN, rect.bottom() - MARGIN - BAR.height()
@@ -151,8 +145,8 @@ def paint_bar(painter: QPainter, rect: QRect, right: int, measure: Shown, text: 
     painter.drawText(room, flags, text)
 
 
-def _shades(measure: Shown) -> QImage:
-    return to_qimage(color_bar(measure, BAR.width())[None])
+def _shades(measure: display.Shown) -> QImage:
+    return to_qimage(display.color_bar(measure, BAR.width())[None])
 
 
 KEPT_S = 1.0  # time for which images wait for their field; the newest one waits without limit
@@ -178,10 +172,10 @@ class FieldCover(QObject):
         self._state, self._asked = asker.state, asker.asked
         self._choose, self._changed = choose, changed
         self._images: dict[SceneInputs, tuple[float, NDArray[np.float32]]] = {}
-        self.scale = FLOOR  # value at the end of the colour bar
+        self.scale = display.FLOOR  # value at the end of the colour bar
         self._caption = ""
         self._what_if: Trial | None = None
-        self._shown_as: Shown | None = None
+        self._shown_as: display.Shown | None = None
         self.bar = ColorBar(pane.canvas, asker.asked)
         pane.imageShown.connect(self._take_image)
         pane.client.stateChanged.connect(self.check_stop)
@@ -225,8 +219,8 @@ class FieldCover(QObject):
             return
         what_if = answer.what_if
         difference = np.asarray(what_if.difference.mean(axis=-1), dtype=np.float64)
-        self.scale = scale_of(difference, LEAST_DIFFERENCE)
-        colored = overlay(what_if.image, difference, self.scale, "signed")
+        self.scale = display.scale_of(difference, display.LEAST_DIFFERENCE)
+        colored = display.overlay(what_if.image, difference, self.scale, "signed")
         self._caption = f"{short(self.scale)} (brighter): difference of pixel values by {edit}"
         self._show(colored, "signed", "change by the edit")
         detail = f"{edit}: changed by {change_text(what_if.rmse)} ({answer.source})"
@@ -254,7 +248,7 @@ class FieldCover(QObject):
             self._changed()
         self.pane.canvas.update()
 
-    def _show(self, colored: NDArray[np.float64], measure: Shown, meaning: str) -> None:
+    def _show(self, colored: NDArray[np.float64], measure: display.Shown, meaning: str) -> None:
         """Cover the image by a picture, with its colour bar."""
         self._shown_as = measure
         self.pane.canvas.cover = to_qimage(colored)
@@ -267,16 +261,18 @@ class FieldCover(QObject):
 
     def _cover(self, answer: Answer[Any], image: NDArray[np.float32]) -> None:
         is_part = isinstance(answer.request, ValueVisibilityRequest)
-        measure: Shown = "visible" if is_part else self._asked.choices.measure
+        measure: display.Shown = "visible" if is_part else self._asked.choices.measure
         is_moving = self._state.live or self._asked.dragging
         keeps_scale = is_moving or self._asked.choices.locked
         if not keeps_scale or self._shown_as != measure:
             # One scale for exact and learned fields, so that their colours can be compared.
             every = (answer,) if is_part else (answer, *self._asker.both_fields)
-            least = LEAST_SEEN if is_part else FLOOR
-            self.scale = max(scale_of(middle_square(self._shown(each)), least) for each in every)
+            least = LEAST_SEEN if is_part else display.FLOOR
+            self.scale = max(
+                display.scale_of(middle_square(self._shown(each)), least) for each in every
+            )
         field, image = _square_together(self._shown(answer), image)
-        colored = overlay(image, _resized(field, image), self.scale, measure)
+        colored = display.overlay(image, _resized(field, image), self.scale, measure)
         values = self._state.range_text(answer.request.values)
         if is_part:
             self._caption = f"{100 * self.scale:.0f} %: part of a pixel that shows {values}"
@@ -296,7 +292,7 @@ class FieldCover(QObject):
         if isinstance(request, ValueVisibilityRequest):
             return np.asarray(answer.value, dtype=np.float64)
         edit = edit_over(request.values, self._state.scalar_range, request.width)
-        return shown_field(answer.value, edit, self._asked.choices.measure)
+        return display.shown_field(answer.value, edit, self._asked.choices.measure)
 
     def _described(self, answer: Answer[Any]) -> str:
         end = " (brighter)" if self._asked.choices.measure == "signed" else ""

@@ -26,20 +26,8 @@ from app.caption_button import CaptionButton
 from app.controls import ElidedLabel, add_action, add_choices, fill
 from app.number_box import WholeNumberBox, significant
 from app.state.viewer_state import ViewerState
+from model.scene import slices
 from model.scene.crop import CropBox, least_length
-from model.scene.slices import (
-    MIDDLE,
-    Plane,
-    SliceColors,
-    SlicePaint,
-    coordinates,
-    cut_away,
-    gray_window,
-    place_at,
-    planes_of,
-    stored_at,
-    voxel_of,
-)
 from model.scene.transfer_function import Range
 from model.scene.volume import Triple, Volume
 
@@ -51,7 +39,7 @@ GAP = 6.0  # half the gap of the cross-hair in its middle, in pixels
 PLACE, PADDING = 6, 8  # distance of the number's box to the corner, and its margin, in pixels
 GRAY_PIXELS = 200.0  # pixels of a drag that make the window of gray 2.7 times as wide
 
-COLORS: dict[SliceColors, tuple[str, str]] = {
+COLORS: dict[slices.SliceColors, tuple[str, str]] = {
     "gray": ("Gray", "Drag with the right button to change its window"),
     "colors": ("TF", "The TF's colours"),
     "overlay": ("Overlay", "The TF's colours over gray, as opaque as the TF has them"),
@@ -67,8 +55,8 @@ class SliceState(QObject):
     hovered = Signal(object)  # emitted with the place under the mouse; None when it leaves
 
     volume: Volume | None = None
-    place: Triple = MIDDLE  # of the cross-hair, in fractions of the volume's extent
-    colors: SliceColors = "gray"
+    place: Triple = slices.MIDDLE  # of the cross-hair, in fractions of the volume's extent
+    colors: slices.SliceColors = "gray"
     window: Range = (0.0, 1.0)  # values that are gray, from black to white
     band: Range | None = None  # values that are outlined
     edits_crop = False  # whether the crop box has handles
@@ -86,15 +74,15 @@ class SliceState(QObject):
     def move(self, place: Triple) -> None:
         """Move the cross-hair to the voxel nearest to a place."""
         if self.volume is not None:
-            self.show(place=place_at(self.volume, voxel_of(self.volume, place)))
+            self.show(place=slices.place_at(self.volume, slices.voxel_of(self.volume, place)))
             self.moved.emit()
 
     def scroll(self, axis: int, steps: int) -> None:
         """Step by some slices, in the direction of their axis."""
         if self.volume is not None:
-            voxel = list(voxel_of(self.volume, self.place))
+            voxel = list(slices.voxel_of(self.volume, self.place))
             voxel[axis] += steps
-            self.move(place_at(self.volume, (voxel[0], voxel[1], voxel[2])))
+            self.move(slices.place_at(self.volume, (voxel[0], voxel[1], voxel[2])))
 
 
 class SliceView(pg.GraphicsView):  # type: ignore[misc]
@@ -143,10 +131,10 @@ class SliceView(pg.GraphicsView):  # type: ignore[misc]
         self.number.setKeyboardTracking(False)
 
     @property
-    def plane(self) -> Plane:
+    def plane(self) -> slices.Plane:
         """The plane of these slices."""
         viewer = self._state.viewer
-        return planes_of(viewer.up_axis, viewer.axis_labels)[self._number]
+        return slices.planes_of(viewer.up_axis, viewer.axis_labels)[self._number]
 
     @property
     def _volume(self) -> Volume:
@@ -161,9 +149,9 @@ class SliceView(pg.GraphicsView):  # type: ignore[misc]
         if grid != self._grid:
             self._grid = grid
             self._start(volume, plane)
-        index = voxel_of(volume, state.place)[plane.axis]
+        index = slices.voxel_of(volume, state.place)[plane.axis]
         tf = None if state.colors == "gray" else viewer.transfer_function
-        paint = SlicePaint.of(state.window, tf, state.colors == "overlay")
+        paint = slices.SlicePaint.of(state.window, tf, state.colors == "overlay")
         hides, smooth = (viewer.mask_input.value, viewer.clip), viewer.interpolates
         drawn = volume, plane, index, paint, state.band, smooth, hides
         if drawn != self._drawn:
@@ -171,7 +159,7 @@ class SliceView(pg.GraphicsView):  # type: ignore[misc]
             hidden = None if volume.hidden is None else plane.cut(volume.hidden, state.place)
             values, ink = plane.cut(volume.voxels, state.place), QColor(theme.ON_IMAGE.visible)
             picture = paint.picture(values, hidden, state.band, ink.rgb() & 0xFFFFFF)
-            cut = cut_away(volume, plane, state.place, *hides)
+            cut = slices.cut_away(volume, plane, state.place, *hides)
             if cut is not None:
                 alpha = picture[..., 3]
                 np.floor_divide(alpha, FADED, out=alpha, where=cut)
@@ -198,7 +186,7 @@ class SliceView(pg.GraphicsView):  # type: ignore[misc]
         """Return the position in the view of a place, as seen across the slices."""
         return self._box.mapViewToScene(QPointF(*self.plane.in_picture(place)))
 
-    def _start(self, volume: Volume, plane: Plane) -> None:
+    def _start(self, volume: Volume, plane: slices.Plane) -> None:
         """Adopt another volume's grid."""
         across = plane.right[0], plane.up[0]
         wide, high = (volume.proportions[axis] for axis in across)
@@ -234,7 +222,7 @@ class SliceView(pg.GraphicsView):  # type: ignore[misc]
         """Move the planes of the crop box that were dragged."""
         box, plane, volume = self._crop.value or CropBox(), self.plane, self._volume
         low = rectangle.pos()
-        corners = [plane.moved(MIDDLE, at) for at in (low, low + rectangle.size())]
+        corners = [plane.moved(slices.MIDDLE, at) for at in (low, low + rectangle.size())]
         for axis in (plane.right[0], plane.up[0]):
             least = least_length(volume.dimensions[axis])
             for side, place in enumerate(sorted(corner[axis] for corner in corners)):
@@ -244,7 +232,7 @@ class SliceView(pg.GraphicsView):  # type: ignore[misc]
 
     def _go_to(self, number: int) -> None:
         axis = self.plane.axis
-        self._state.scroll(axis, number - voxel_of(self._volume, self._state.place)[axis])
+        self._state.scroll(axis, number - slices.voxel_of(self._volume, self._state.place)[axis])
 
     def _nearest_place(self, position: QPointF) -> Triple:
         at = self._box.mapSceneToView(position)
@@ -324,7 +312,7 @@ class SliceView(pg.GraphicsView):  # type: ignore[misc]
         elif buttons & Qt.MouseButton.RightButton:
             wider, higher = math.exp(moved.x() / GRAY_PIXELS), -moved.y() / GRAY_PIXELS
             whole = self._volume.scalar_range
-            state.show(window=gray_window(state.window, whole, wider, higher))
+            state.show(window=slices.gray_window(state.window, whole, wider, higher))
         elif buttons & Qt.MouseButton.MiddleButton or (
             event.modifiers() & Qt.KeyboardModifier.ShiftModifier
         ):
@@ -437,12 +425,12 @@ class SlicesColumn(QWidget):
         if volume is None:
             return
         self._under, place = place, place or self._state.place
-        value = stored_at(volume, place)
+        value = slices.stored_at(volume, place)
         said = "nothing measured" if value is None else f"{value:.9g} {volume.units}".rstrip()
         name = "" if value is None else self._state.viewer.label_name(value)
-        voxel = ", ".join(map(str, voxel_of(volume, place)))
+        voxel = ", ".join(map(str, slices.voxel_of(volume, place)))
         self.value.set_full_text("   ".join(filter(None, (said, name, f"voxel {voxel}"))))
-        step, found = min(volume.spacing), coordinates(volume, place)
+        step, found = min(volume.spacing), slices.coordinates(volume, place)
         numbers = [f"{axis} {_written(number, step)}" for axis, number in found]
         self.where.set_full_text("  ".join([*numbers, volume.file.spacing_unit]).rstrip())
 

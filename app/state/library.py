@@ -75,10 +75,7 @@ class Library:
         return found
 
     def volume_of(self, folder: Path) -> Path | None:
-        """Return where a model's volume was open before, or a file of its name nearby or shipped.
-
-        Its fingerprint is known once it is open.
-        """
+        """Return where a model's volume was open before, or one of its name nearby or shipped."""
         card = _card(folder)
         if card is None:
             return None

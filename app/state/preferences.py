@@ -265,10 +265,7 @@ class Preferences(QObject):
         return name
 
     def read_mask(self, name: str, volume: Volume) -> Mask | None:
-        """Return a memory's mask; from any thread.
-
-        Raises :class:`TfscopeError` if its file cannot be read.
-        """
+        """Return a memory's mask; :class:`TfscopeError` if its file is unreadable. Thread-safe."""
         for known, mask in self._masks.values():
             if known == name:
                 return mask

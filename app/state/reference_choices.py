@@ -68,11 +68,7 @@ class ReferenceChoices(ImageSettings):
 
 
 def quiet_seconds(lighting: Lighting, result: Result) -> float | None:
-    """Return the seconds by which a light is judged; None if an image does not allow it.
-
-    They hardly depend on what else the machine does, nor on the size of the window.
-
-    """
+    """Return the time by which a light is judged; None if an image is unsuitable."""
     image = result.image
     if image is None or image.quiet_seconds is None or lighting not in SLOW_S:
         return None

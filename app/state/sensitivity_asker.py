@@ -16,17 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
 
+from app.engines import requests
 from app.engines.background import Pause
 from app.engines.client import Channels, EngineClient, EngineName, EngineState
 from app.engines.messages import Result
-from app.engines.requests import (
-    Quality,
-    RegionSensitivityRequest,
-    Request,
-    ValueSensitivityRequest,
-    ValueVisibilityRequest,
-    VisibilityRequest,
-)
 from app.state.answer_pace import OLDEST_S, SHARE, AnswerPace
 from app.state.edited_tf import other_pane
 from app.state.sensitivity_state import SensitivityState
@@ -41,7 +34,7 @@ Source = Literal["exact", "surrogate", "learned"]
 """Origin of an answer: the ray caster's derivative, that of another light instead of path-traced
 light, or the generator's."""
 
-_R = TypeVar("_R", bound=Request)
+_R = TypeVar("_R", bound=requests.Request)
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,10 +50,10 @@ class Answer(Generic[_R]):
         return self.request.inputs == inputs
 
 
-RegionAnswer = Answer[RegionSensitivityRequest]
-FieldAnswer = Answer[ValueSensitivityRequest]
-ValueVisibilityAnswer = Answer[ValueVisibilityRequest]
-VisibilityAnswer = Answer[VisibilityRequest]
+RegionAnswer = Answer[requests.RegionSensitivityRequest]
+FieldAnswer = Answer[requests.ValueSensitivityRequest]
+ValueVisibilityAnswer = Answer[requests.ValueVisibilityRequest]
+VisibilityAnswer = Answer[requests.VisibilityRequest]
 
 
 def same_question(one: Answer[Any] | None, other: Answer[Any] | None) -> bool:
@@ -343,7 +336,7 @@ class SensitivityAsker(QObject):
         is_slow = takes_passes or self._takes("learned", question, most)
         return [name for name in names if name == "exact" or not is_slow][:1]
 
-    def quality(self, name: EngineName, question: Question) -> Quality:
+    def quality(self, name: EngineName, question: Question) -> requests.Quality:
         """Quality of an engine's answer at rest."""
         kind = self._kind(name, question)
         of_band = question in ("field", "seen", "seen_too")
@@ -352,14 +345,14 @@ class SensitivityAsker(QObject):
             size = self.pace.size([kind], size, REST_SECONDS)
         return self.sized(name, size)
 
-    def sized(self, name: EngineName, size: int, live: bool = False) -> Quality:
+    def sized(self, name: EngineName, size: int, live: bool = False) -> requests.Quality:
         """Quality of the generator's square, or of the reference's proportions."""
         if name == "learned":
-            return Quality(self.learned_size or size, live=live)
+            return requests.Quality(self.learned_size or size, live=live)
         if self._picture.width == self._picture.height:
-            return Quality(size, live=live)
+            return requests.Quality(size, live=live)
         raster = self._picture.scaled(size / self._picture.shorter)
-        return Quality(size, live=live, raster=raster)
+        return requests.Quality(size, live=live, raster=raster)
 
     def _kind(self, name: EngineName, question: Question) -> object:
         """Key of an answer's times."""
@@ -393,7 +386,7 @@ class SensitivityAsker(QObject):
                     quality = self.quality(name, question)
                 if question == "region" and len(order) == 2 and not self.asked.outline.points:
                     # If both engines answer about the whole image, both answer about the square.
-                    quality = Quality(quality.size)
+                    quality = requests.Quality(quality.size)
                 self._channels[question][name].ask(self._request(question, quality))
         if "region" in orders and (not live or (self._moves and orders["region"])):
             # An engine that is no longer asked would answer an older question.
@@ -402,23 +395,25 @@ class SensitivityAsker(QObject):
                 del self.regions[source]
                 self.answered.emit("region")
 
-    def _request(self, question: Question, quality: Quality) -> Request:
+    def _request(self, question: Question, quality: requests.Quality) -> requests.Request:
         inputs, outline, choices = self.state.inputs, self.asked.outline, self.asked.choices
         width, band, place = choices.width, self.asked.band, self.asked.place
         if question == "seen_too":
             inputs = self.state.inputs_of(other_pane(self.state.tf_input.pane))
         if question == "region":
-            return RegionSensitivityRequest(inputs, quality, outline, width, choices.measure)
+            return requests.RegionSensitivityRequest(
+                inputs, quality, outline, width, choices.measure
+            )
         if question == "visibility":
-            return VisibilityRequest(inputs, quality, (outline, Outline()))
+            return requests.VisibilityRequest(inputs, quality, (outline, Outline()))
         if question == "pick" and place is not None:
             (x, y), r = place, PICK_RADIUS
             square = Outline.rectangle(x - r, y - r, x + r, y + r)
-            return VisibilityRequest(inputs, quality, (square,))
+            return requests.VisibilityRequest(inputs, quality, (square,))
         assert band is not None
         if question == "field":
-            return ValueSensitivityRequest(inputs, quality, band.values, width)
-        return ValueVisibilityRequest(inputs, quality, band.values, width)
+            return requests.ValueSensitivityRequest(inputs, quality, band.values, width)
+        return requests.ValueVisibilityRequest(inputs, quality, band.values, width)
 
     def _take(self, question: Question, name: EngineName, result: Result) -> None:
         """Keep an answer; after an error, forget the previous one."""

@@ -63,11 +63,7 @@ class Session:
 
     @classmethod
     def load(cls, path: Path) -> Session:
-        """Read the file, and find volume and model.
-
-        Raise :class:`SessionError` when it cannot be read, is no session, or of a newer version.
-
-        """
+        """Read the file, and find volume and model; raise :class:`SessionError` for any other."""
         what = f"{path}: the session cannot be read"
         try:
             with os_errors_as(SessionError, what, "choose another"):

@@ -73,11 +73,7 @@ class SessionSettings(ImageSettings):
 
 @dataclass(frozen=True)
 class Settings(SessionSettings):
-    """Everything that the window remembers, except for what belongs to one volume.
-
-    Recent files are absolute paths, the newest first.
-
-    """
+    """All that the window remembers except for single volumes; the newest recent file is first."""
 
     trackball: bool = False
     colors_follow_modes: bool = True

@@ -9,16 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
 
-from model.scene.orientation import (
-    FARTHEST_HOME,
-    WHOLE,
-    angles_in,
-    centred,
-    fit_distance,
-    home_view,
-    standard_view,
-    view_in,
-)
+from model.scene import orientation
 from model.scene.region import SQUARE, Reach
 from model.scene.view import (
     DEFAULT_UP,
@@ -46,7 +37,7 @@ class ViewNavigation(QObject):
         super().__init__(parent)
         self.view = self._home = HOME_VIEW
         self.proportions = CUBE  # the volume's lengths along x, y and z, relative to its diagonal
-        self._shown, self._middle = WHOLE, _middle_of(WHOLE)
+        self._shown, self._middle = orientation.WHOLE, _middle_of(orientation.WHOLE)
         self._reach = SQUARE
         self._home_angles: tuple[float, float] | None = None
         self.up_axis = DEFAULT_UP  # of the volume, such as "+z"
@@ -57,7 +48,7 @@ class ViewNavigation(QObject):
     @property
     def angles(self) -> tuple[float, float, float]:
         """Azimuth, elevation and roll of the view about the up axis, in degrees."""
-        return angles_in(self.up_axis, self.view, front=self.front_axis)
+        return orientation.angles_in(self.up_axis, self.view, front=self.front_axis)
 
     @property
     def home(self) -> View:
@@ -75,12 +66,12 @@ class ViewNavigation(QObject):
 
         Next to a model's image, which is not panned, it is the volume's centre.
         """
-        return _middle_of(WHOLE) if self._reach == SQUARE else self._middle
+        return _middle_of(orientation.WHOLE) if self._reach == SQUARE else self._middle
 
     def for_picture(self, view: View) -> View:
         """Return a view with everything that is shown in the middle of a square picture."""
-        far = replace(view, distance=FARTHEST_HOME)
-        return centred(far, self.proportions, self._shown)
+        far = replace(view, distance=orientation.FARTHEST_HOME)
+        return orientation.centred(far, self.proportions, self._shown)
 
     def turned(self, view: View) -> View:
         """Return a turned view whose pivot stays in place in the image."""
@@ -122,13 +113,13 @@ class ViewNavigation(QObject):
 
     def view_whole(self) -> None:
         """Move the camera to where the whole volume just fits the image."""
-        fitting = fit_distance(self.proportions, self.view, reach=self._reach)
-        distance = min(fitting, FARTHEST_HOME)
+        fitting = orientation.fit_distance(self.proportions, self.view, reach=self._reach)
+        distance = min(fitting, orientation.FARTHEST_HOME)
         self.set_view(replace(self.view, distance=distance, pan_x=0.0, pan_y=0.0))
 
     def look_from(self, name: str) -> None:
         """Look from one of :data:`~model.scene.orientation.STANDARD_VIEWS`; keep the distance."""
-        view = standard_view(name, self.view, self.up_axis, front=self.front_axis)
+        view = orientation.standard_view(name, self.view, self.up_axis, front=self.front_axis)
         self.set_view(holding(self.pivot, np.zeros(2), view, self.proportions))
 
     def set_reach(self, reach: Reach, follow: bool = False) -> None:
@@ -156,7 +147,9 @@ class ViewNavigation(QObject):
         if at_home:
             self.set_view(self.home)
         else:
-            self.set_view(self.turned(view_in(up, *angles, self.view, front=self.front_axis)))
+            self.set_view(
+                self.turned(orientation.view_in(up, *angles, self.view, front=self.front_axis))
+            )
         self.navigationChanged.emit()
 
     def set_trackball(self, free: bool) -> None:
@@ -171,7 +164,7 @@ class ViewNavigation(QObject):
         up: str = "",
         axis_labels: tuple[str, ...] = (),
         view: View | None = None,
-        shown: NDArray[np.float64] = WHOLE,
+        shown: NDArray[np.float64] = orientation.WHOLE,
         reach: Reach = SQUARE,
         home_angles: tuple[float, float] | None = None,
     ) -> None:
@@ -189,7 +182,9 @@ class ViewNavigation(QObject):
         self._look(view or self.home)
 
     def _upright_home(self) -> View:
-        found = partial(home_view, self.proportions, self.up_axis, front=self.front_axis)
+        found = partial(
+            orientation.home_view, self.proportions, self.up_axis, front=self.front_axis
+        )
         return found(points=self._shown, reach=self._reach, angles=self._home_angles)
 
     def _look(self, view: View) -> None:

@@ -30,10 +30,7 @@ _STRAIGHT = 1e-11  # bend of a line below which a point is dropped, as a share o
 
 
 class Curve(QGraphicsItem):
-    """A line in a plot, with the area below it if it has a brush.
-
-    It is painted with each picture of a drag, in an eighth of pyqtgraph's time.
-    """
+    """A line in a plot, with the area below it if it has a brush; much faster than pyqtgraph's."""
 
     pen = Painted(QPen(Qt.PenStyle.NoPen))
     brush = Painted(QBrush())

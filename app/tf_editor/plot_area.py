@@ -54,10 +54,7 @@ pg.setConfigOption("mouseRateLimit", 5)
 
 @dataclass(frozen=True, eq=False)
 class PlotData:
-    """A volume's histogram: counts (bins,) between increasing edges (bins + 1,), with its unit.
-
-    The range is that of the voxels; edges and range are on the scale.
-    """
+    """A volume's histogram: counts (bins,), increasing edges (bins + 1,), voxels' range, unit."""
 
     counts: NDArray[np.int64]
     edges: NDArray[np.float64]

@@ -57,10 +57,7 @@ SAMPLES = 256  # scalar values along a legend
 
 
 class Marks:
-    """Paints marks over an image, black or white with a halo of the other, to be seen anywhere.
-
-    An unknown background counts as dark.
-    """
+    """Paints marks over an image, black or white with a halo of the other."""
 
     @classmethod
     def over(
@@ -151,10 +148,7 @@ class Marks:
         self._write_before(bar.right(), bar.bottom() + 1.2 * text, last)
 
     def legend(self, tfs: Legend, units: str) -> None:
-        """Paint TFs at the lower right, next to one axis of values.
-
-        Each has its colours, its opacity curve with its maximum, and its name.
-        """
+        """Paint TFs at the lower right: colours, opacities, largest opacity, names, and values."""
         text, rect, tf = self._text, self._rect, next(iter(tfs.values()))
         length = MOST_HEIGHT * rect.height()
         marks = ticks(tf.scalar_range, max(min(int(length / (2.2 * text)), 6), 1), tf.scale)

@@ -37,10 +37,7 @@ KEY, MISSED = "sessions", "volume of the session"
 
 
 class Sessions(QObject):
-    """Saves sessions of what the window shows, and opens them.
-
-    A session overwrites the memory of its volume, which is first saved as another session.
-    """
+    """Saves and opens sessions; the memory that one overwrites is first saved as another."""
 
     def __init__(self, context: Context, overlays: Overlays, memory: WindowMemory) -> None:
         super().__init__(context.window)

@@ -22,10 +22,7 @@ PATIENCE_MS = 1000  # time after which the reference draws them if the ray caste
 
 
 class SmallPictures(QObject):
-    """Requests small pictures from the ray caster, and shows those of the newest request.
-
-    In path-traced light, path-traced ones follow if they do not take long.
-    """
+    """Shows small pictures by the ray caster, then path-traced ones if these are quick."""
 
     def __init__(
         self, name: str, size: int, context: Context, show: Callable[[list[QImage]], object]

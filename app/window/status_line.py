@@ -25,10 +25,7 @@ NARROW = 1180  # width in pixels below which the view's numbers are hidden
 
 
 class StatusLine(QStatusBar):
-    """Shows the keys that work under the mouse, or the newest sentence instead.
-
-    A widget's status tip is the name of its area in the table of keys.
-    """
+    """Shows the keys of the area that a widget's status tip names, or the newest sentence."""
 
     def __init__(self, state: ViewerState, regions: SensitivityState) -> None:
         super().__init__()

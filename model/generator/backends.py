@@ -75,10 +75,7 @@ def _knows_bfloat16() -> bool:
 
 
 def candidates(device: torch.device) -> list[Backend]:
-    """Return the backends that can be used here, torch last.
-
-    OpenVINO's bfloat16 rounds images by a few 1/255, far less than a network's error.
-    """
+    """Return the backends that can be used here, torch last."""
     offered = Backend("openvino", "bfloat16"), Backend("openvino"), EAGER
     return [backend for backend in offered if obstacle(backend, device) is None]
 

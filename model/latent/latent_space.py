@@ -213,10 +213,7 @@ def draw_codes(
     inputs: SceneInputs,
     of: PictureOf = "code",
 ) -> Images:
-    """Draw pictures (n, S, S, 4) of latent codes (n, d) in one pass, but for it by the inputs.
-
-    For pictures of codes themselves the space is the generator's own.
-    """
+    """Draw pictures (n, S, S, 4) of latent codes (n, d) in one pass, with the other inputs."""
     codes = checked_codes(codes)
     if of == "tf":
         tfs = [replace(inputs, opacity_tf=tf) for tf in space.tfs_of(codes)]
@@ -225,10 +222,7 @@ def draw_codes(
 
 
 def draw_cells(cells: Cells, draw: Callable[[Codes], Images]) -> Images:
-    """Draw the pictures (4, 4, S, S, 4) of a brushed rectangle's cells, NaN in empty ones.
-
-    `draw` makes images (n, S, S, 4) of codes (n, d).
-    """
+    """Draw a brushed rectangle's cells (4, 4, S, S, 4) by codes (n, d), NaN in empty ones."""
     filled = cells.count > 0
     drawn = draw(cells.codes[filled])
     images = np.full((*filled.shape, *drawn.shape[1:]), np.nan, dtype=np.float32)

@@ -85,11 +85,7 @@ class PathLightNetwork(nn.Module):
 
 
 def network_inputs(colors: dict[str, Tensor], opacity: Tensor, samples: int) -> Tensor:
-    """Return the network's input (N, CHANNELS, h, w) for pictures of this many samples per pixel.
-
-    The colours (N, 3, h, w) are those of :data:`COLORS` by name, the opacity is (N, 1, h, w).
-
-    """
+    """Return the input (N, CHANNELS, h, w) for :data:`COLORS` and opacity, channels first."""
     found = [colors[name] for name in COLORS]
     found[-1] = found[-1].clamp(max=BRIGHTEST)
     noise = torch.full_like(opacity, 1 / math.sqrt(samples))

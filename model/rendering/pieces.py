@@ -142,10 +142,7 @@ def _of_values(
 def _connected(
     visible: NDArray[np.bool_], seed: NDArray[np.int64]
 ) -> tuple[NDArray[np.bool_], tuple[slice, ...]]:
-    """Return the visible voxels connected to one of them, and their bounding box.
-
-    The box has one more voxel on each side, within the grid.
-    """
+    """Return the visible voxels connected to one, and their bounding box with a margin."""
     from scipy.ndimage import find_objects, label
 
     factor = 1

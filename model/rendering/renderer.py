@@ -49,10 +49,7 @@ def open_renderer(
     sample_distance: float = 0.5,
     threads: int | None = None,
 ) -> Renderer:
-    """Create a renderer by name; import only its libraries.
-
-    Raises :class:`RenderError` if the renderer cannot run on this machine.
-    """
+    """Create a renderer by name; :class:`RenderError` if it cannot run on this machine."""
     if name == "vtk":
         from model.rendering.vtk_renderer import VtkRenderer
 

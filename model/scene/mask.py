@@ -24,10 +24,7 @@ class Mask:
 
     @classmethod
     def of(cls, shown: NDArray[np.bool_]) -> Mask | None:
-        """Return the mask of shown voxels (nz, ny, nx); None for all.
-
-        Raises :class:`TfscopeError` if none is shown.
-        """
+        """Return the mask of shown voxels (nz, ny, nx), None for all; `TfscopeError` for none."""
         nz, ny, nx = shown.shape
         return cls.of_packed((nz, ny, nx), np.packbits(shown))
 
@@ -60,10 +57,7 @@ class Mask:
 
 
 def masked_voxels(volume: Volume, mask: Mask) -> NDArray[np.bool_]:
-    """Return a volume's voxels that a mask hides.
-
-    Raises :class:`TfscopeError` for a mask of another grid.
-    """
+    """Return the voxels that a mask hides; :class:`TfscopeError` for another grid."""
     if mask.shape != volume.voxels.shape:
         sizes = (" × ".join(map(str, shape[::-1])) for shape in (mask.shape, volume.voxels.shape))
         raise TfscopeError(

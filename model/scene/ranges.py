@@ -282,10 +282,7 @@ PLAIN = 1e6, 1e-6  # numbers below the first, of bins above the second, have no 
 
 
 def value_text(value: float, scalar_range: Range, scale: ValueScale) -> str:
-    """Format a scalar value to within a bin of a TF over its range: "-612" or "2.33e-08".
-
-    Value and range are on the scale; the text is in the data's units.
-    """
+    """Format a value on a scale to within a bin of a TF over its range, such as "2.33e-08"."""
     low, high = scalar_range
     bin_width = (high - low) / (TF_SAMPLES - 1)
     if scale == "log":

@@ -55,10 +55,7 @@ class LightDirection:
 
 @dataclass(frozen=True)
 class LightRange:
-    """Training range of the light direction in a scene with a movable light, in degrees.
-
-    Raises :class:`TfscopeError` for limits outside that range.
-    """
+    """Training range of a movable light, in degrees; others are a :class:`TfscopeError`."""
 
     max_azimuth: float = 80.0
     max_elevation: float = 70.0
@@ -106,11 +103,7 @@ RENDERER_NAMES: dict[RendererName, str] = {"vtk": "VTK", "raycast": "ray caster"
 
 @dataclass(frozen=True)
 class Scene:
-    """All that is fixed while a generator is trained.
-
-    Raises :class:`TfscopeError` for values that are out of range or inconsistent.
-
-    """
+    """All that is fixed while a generator is trained; :class:`TfscopeError` if inconsistent."""
 
     volume_name: str = field(compare=False)  # for display; the fingerprint identifies volumes
     volume_fingerprint: str  # `fingerprint` of the volume

@@ -49,10 +49,7 @@ def band_of_edit(values: Range, scalar_range: Range, width: float) -> Range:
 
 
 def spaced_edits(width: float) -> tuple[NDArray[np.int64], NDArray[np.float32]]:
-    """Return bins (n,) and opacities (n, 256) of edits between which responses are interpolated.
-
-    The width is their standard deviation in bins; they are 2/3 of it apart.
-    """
+    """Return bins (n,), 2/3 of a width apart, and opacities (n, 256) of edits around them."""
     spacing = max(1, math.ceil(2 * width / 3))
     count = -(-(TF_SAMPLES - 1) // spacing) + 1
     bins = np.linspace(0, TF_SAMPLES - 1, count).round().astype(np.int64)

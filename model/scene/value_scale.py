@@ -58,10 +58,7 @@ def place_of(value: float, scale: ValueScale) -> float:
 def logarithms(
     voxels: NDArray[np.generic], missing: NDArray[np.bool_] | None
 ) -> NDArray[np.floating] | None:
-    """Decimal logarithms of voxels (nz, ny, nx); None if no measured voxel has one.
-
-    Voxels of at most zero get that of the smallest positive measured one.
-    """
+    """Decimal logarithms of voxels, of the least positive for those below; None without any."""
     lowest = math.inf
     for measured in Distribution(voxels, missing).planes():
         plane: NDArray[Any] = measured

@@ -154,10 +154,7 @@ class View:
         return cls(*numbers, is_orthographic=is_orthographic)
 
     def basis(self) -> NDArray[np.float64]:
-        """Orthonormal camera axes (3, 3), determinant 1.
-
-        Rows right, up and back (from the centre to the camera), in volume coordinates.
-        """
+        """Camera axes (3, 3) as rows: right, up and back, orthonormal, in volume coordinates."""
         return _basis(self.azimuth, self.elevation, self.roll).copy()
 
     def with_basis(self, basis: NDArray[np.float64]) -> View:
@@ -336,10 +333,7 @@ class Projection:
     def nearest_on(
         self, place: tuple[float, float], start: NDArray[np.float64], end: NDArray[np.float64]
     ) -> float | None:
-        """Position along a line nearest to an image position: 0 at the start, 1 at the end.
-
-        None if the line is invisible, or only a point.
-        """
+        """Position (0..1) on a line nearest to an image position; None if it is no visible line."""
         part = self.seen_part(start, end)
         if part is None:
             return None

@@ -207,10 +207,7 @@ class Volume:
             ) from None
 
     def drawing_missing(self, drawn: bool) -> Volume:
-        """Return the same volume with missing voxels drawn with their stored numbers, or not.
-
-        Range, histogram and statistics remain those of the measured voxels.
-        """
+        """Return the same volume with missing voxels drawn with their stored numbers, or not."""
         volume = copy.copy(self)
         object.__setattr__(volume, "draws_missing", drawn)
         return volume

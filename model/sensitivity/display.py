@@ -130,10 +130,7 @@ def _table(measure: str) -> NDArray[np.float64]:
 
 
 def global_scale(fields: NDArray[np.floating], pixels: int, width: float) -> float:
-    """Return the largest end of all values' own scales, of fields (rows, columns, 256) of blocks.
-
-    The blocks have so many pixels, the edits a width in bins.
-    """
+    """Return the largest scale of any value, of fields (rows, columns, 256) of blocks."""
     shown = shown_responses(fields, pixels, width)
     return max(scale_of(shown[..., index]) for index in range(shown.shape[-1]))
 

@@ -65,10 +65,7 @@ class Sensitivity:
         return self._images(self._inputs._replace(opacity_tf=self._opacity))[0]
 
     def region(self, region: ImageRegion) -> NDArray[np.float32]:
-        """Derivative (256,) of the l2 norm of a region's colours by edits at each value (Eq. 11).
-
-        It takes one reverse pass; 0 for a black region, whose norm has no derivative.
-        """
+        """Derivative (256,) of the l2 norm of a region's colours by edits (Eq. 11); 0 if black."""
         slopes = self._reverse(unpanned(region.mask(self._size), self._view))
         return response_to_edits(slopes, self._width)
 

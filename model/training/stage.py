@@ -121,10 +121,7 @@ class Stage(ABC):
             network.load_state_dict({**own, **fitting})
 
     def step(self, batch: EncodedBatch, progress: float) -> StepResult:
-        """Train on one batch at a fraction of the stage's budget, 0..1, which determines the rate.
-
-        A batch for which memory runs out is split, down to parts of two samples.
-        """
+        """Train on one batch at a fraction of the stage's budget; split it if memory runs out."""
         self._set_learning_rate(progress)
         joined = progress >= self.options.adversarial_start
         adversaries = joined and self.discriminator is not None

@@ -181,11 +181,7 @@ def errors_of(
     cut_off: tuple[type[Exception], ...] = (),
     missing: str = "",
 ) -> Iterator[None]:
-    """Convert a library's errors to damage of a file; `says` has a field for the first line.
-
-    Errors in `cut_off` mean that a part is missing.
-
-    """
+    """Convert a library's errors to damage of a file, or, for `cut_off`, to a missing part."""
     with log_of(*loggers):
         try:
             yield

@@ -130,10 +130,7 @@ def _without_offset(scalars: NDArray[np.generic]) -> tuple[NDArray[np.generic], 
 
 
 def readable_name(path: Path) -> str:
-    """Return the file name as words, without its suffix and a trailing layout.
-
-    ``engine_256x256x110_uint8.raw`` becomes ``engine``.
-    """
+    """Return ``engine`` for ``engine_256x256x110_uint8.raw``: the name without the layout."""
     stem = re.sub(r"(\.ome)?\.zarr$|\.gz$", "", path.name, flags=re.IGNORECASE)
     stem = stem if path.is_dir() else Path(stem).stem.removesuffix(".ome")
     words = _LAYOUT_SUFFIX.sub("", stem).replace("_", " ").strip()
@@ -143,10 +140,7 @@ def readable_name(path: Path) -> str:
 def _one_component(
     path: Path, grid: Grid, component: Component | None
 ) -> tuple[NDArray[np.generic], tuple[Content, ...], tuple[str, ...]]:
-    """Reduce components to scalars, C-contiguous; also list the components, with notes.
-
-    The default is the magnitude of vectors and colours, else the first.
-    """
+    """Reduce components to a scalar, by default their magnitude or the first; add notes."""
     values = grid.values if grid.values.ndim == 4 else grid.values[..., None]
     count, notes = values.shape[3], tuple[str, ...]()
     if component is None and count > 1:

@@ -1,7 +1,4 @@
-"""HDF5 and NetCDF files, opened by h5py and SciPy, in CF's way or that of the programs.
-
-These are Imaris, BigDataViewer, ilastik, ITK, openPMD, VTK and MATLAB.
-"""
+"""HDF5 and NetCDF files, opened by h5py and SciPy, in CF's way or that of their programs."""
 
 from __future__ import annotations
 

@@ -162,10 +162,7 @@ def _on_grid(labels: Volume, volume: Volume) -> tuple[NDArray[np.generic], str]:
 
 
 def _frame(volume: Volume) -> NDArray[np.float64] | None:
-    """Homogeneous matrix (4, 4) from voxel numbers along x, y and z to the file's space.
-
-    The space is RAS in metres if the file names a patient's; None if unknown.
-    """
+    """Homogeneous matrix (4, 4) from voxel numbers to the file's space (RAS in metres), or None."""
     facts = volume.file
     if not facts.directions:
         return None

@@ -38,11 +38,7 @@ _BIG = {"be", "big", "bigendian", "msb"}
 
 @dataclass(frozen=True)
 class RawLayout:
-    """Layout of a headerless file: voxels along x, y and z, x fastest; type; bytes to skip.
-
-    Raises VolumeError for what cannot be.
-
-    """
+    """Layout of a headerless file, x fastest; VolumeError for an invalid one."""
 
     dimensions: tuple[int, int, int]
     scalar_type: str

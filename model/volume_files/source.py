@@ -76,10 +76,7 @@ class VolumeSource(Choice):
 
 
 def volume_of(scene: Scene, source: VolumeSource) -> Volume:
-    """Read the volume of a model's scene, over its range on its scale.
-
-    Raises VolumeError for another scale or volume, or if no shipped volume matches.
-    """
+    """Read the volume of a model's scene, over its range; VolumeError for any other."""
     if source.scale not in (None, scene.scale):
         raise VolumeError(
             f"The model was trained on {SCALE_NAMES[scene.scale]} of '{scene.volume_name}'; "

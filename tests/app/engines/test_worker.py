@@ -6,16 +6,8 @@ import pytest
 from rested_window import act_until
 from window_fakes import PATIENCE_S, FakeEngine, RefiningEngine, make_request
 
+from app.engines import requests
 from app.engines.client import Channel, EngineClient, EngineState
-from app.engines.requests import (
-    IMAGES,
-    IMAGES_B,
-    UNWATCHED,
-    ImageRequest,
-    ReferenceSettings,
-    SupersededError,
-    VisibilityRequest,
-)
 from app.engines.worker import EngineWorker
 from model.errors import CheckpointError, RenderError
 from model.scene.region import Region
@@ -74,7 +66,9 @@ def test_engines_of_settings_are_closed_after_what_waits(qtbot):
 
     worker = EngineWorker(build, "test")
     act_until(qtbot, worker.engineReady, worker.start)
-    of_b = replace(make_request(1), settings=ReferenceSettings(), channel=IMAGES_B)
+    of_b = replace(
+        make_request(1), settings=requests.ReferenceSettings(), channel=requests.IMAGES_B
+    )
 
     def ask_of_b(count):
         worker.submit(of_b)
@@ -154,7 +148,7 @@ def test_stopping_while_the_engine_is_built_closes_it(qtbot):
 
 def visibility(sequence):
     image = make_request(sequence)
-    return VisibilityRequest(
+    return requests.VisibilityRequest(
         image.inputs, image.quality, (Region(0, 0, 2, 2),), sequence=sequence, channel="visibility"
     )
 
@@ -217,12 +211,12 @@ def test_others_have_their_turn_while_images_become_better(qtbot, is_called_off,
 class Endless(FakeEngine):
     """Draws its first image for as long as it is wanted."""
 
-    def image(self, request, watch=UNWATCHED):
+    def image(self, request, watch=requests.UNWATCHED):
         super().image(request)
         while request.sequence == 1 and watch.is_wanted():
             threading.Event().wait(0.001)
         if request.sequence == 1:
-            raise SupersededError
+            raise requests.SupersededError
         return np.zeros((8, 8, 4), np.float32)
 
 
@@ -268,7 +262,7 @@ def test_an_engine_draws_before_it_answers(qtbot, told):
         return FakeEngine()
 
     told.client.start(build, "Loading …")
-    question = VisibilityRequest(
+    question = requests.VisibilityRequest(
         make_request(1).inputs, make_request(1).quality, (Region(0, 0, 4, 4),)
     )
     told.seen.ask(question)
@@ -276,7 +270,7 @@ def test_an_engine_draws_before_it_answers(qtbot, told):
     assert told.states == [EngineState.LOADING]
     with qtbot.waitSignals([told.client.images.answered, told.seen.answered]):
         may_load.set()
-    assert [result.request.channel for result in told.results] == [IMAGES, "visibility"]
+    assert [result.request.channel for result in told.results] == [requests.IMAGES, "visibility"]
 
 
 def test_ever_better_images_are_awaited_until_the_last(qtbot, told):
@@ -337,7 +331,7 @@ class Asking:
 
     def ask(self, channel):
         image = make_request(0)
-        return channel.ask(ImageRequest(image.inputs, image.quality))
+        return channel.ask(requests.ImageRequest(image.inputs, image.quality))
 
     def begin(self, channel):
         asked = self.ask(channel)

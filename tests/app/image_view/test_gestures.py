@@ -21,15 +21,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QWidget
 from scipy.spatial.transform import Rotation
 
-from app.image_view.gestures import (
-    DEGREES_PER_PIXEL,
-    ViewGestures,
-    ViewKeys,
-    notches_of,
-    orbit,
-    tumble,
-    zoom,
-)
+from app.image_view import gestures
 from app.image_view.image_canvas import ImageCanvas
 from app.image_view.reference_controls import light_at
 from app.state.viewer_state import HOME_VIEW
@@ -42,7 +34,7 @@ def test_dragging_orbits_live_and_finishes_on_release(qtbot, state, canvas):
     signals = [state.viewChanged, state.viewChanged, state.viewChangeFinished]
     with qtbot.waitSignals(signals, order="strict"):
         drag(canvas, QPoint(100, 100), QPoint(110, 100), QPoint(110, 120))
-    assert state.view == orbit(orbit(HOME_VIEW, 10, 0), 0, 20)
+    assert state.view == gestures.orbit(gestures.orbit(HOME_VIEW, 10, 0), 0, 20)
 
 
 NONE, LEFT, RIGHT = Qt.MouseButton.NoButton, Qt.MouseButton.LeftButton, Qt.MouseButton.RightButton
@@ -66,7 +58,7 @@ def test_the_wheel_zooms_to_the_cursor(qtbot, state, canvas):
         for _ in range(4):
             wheel(canvas, QPointF(150, 75), 0.25)
         assert state.live
-    expected = zoom(HOME_VIEW, 1, (0.5, 0.25))
+    expected = gestures.zoom(HOME_VIEW, 1, (0.5, 0.25))
     got = state.view
     assert (got.distance, got.pan_x, got.pan_y) == pytest.approx(
         (expected.distance, expected.pan_x, expected.pan_y)
@@ -76,7 +68,7 @@ def test_the_wheel_zooms_to_the_cursor(qtbot, state, canvas):
     before = state.view.distance
     with qtbot.waitSignal(state.viewChangeFinished):
         wheel(canvas, QPointF(100, 100), pixels=20)
-    assert zoom(got, 2).distance < state.view.distance < before
+    assert gestures.zoom(got, 2).distance < state.view.distance < before
 
 
 def test_a_pinch_zooms_and_ends_at_once(qtbot, state, canvas):
@@ -92,7 +84,7 @@ def test_a_pinch_zooms_and_ends_at_once(qtbot, state, canvas):
         pinch(Qt.NativeGestureType.ZoomNativeGesture, 0.25)
         pinch(Qt.NativeGestureType.EndNativeGesture, 0.0)
         assert not state.live
-    assert state.view == zoom(HOME_VIEW, notches_of(1.25), (0.5, 0.0))
+    assert state.view == gestures.zoom(HOME_VIEW, gestures.notches_of(1.25), (0.5, 0.0))
 
 
 @pytest.mark.parametrize(("button", "keys"), [(Qt.MouseButton.MiddleButton, PLAIN), (LEFT, SHIFT)])
@@ -103,7 +95,7 @@ def test_the_picture_follows_a_panning_mouse_by_pixels(qtbot, state, button, key
     qtbot.addWidget(canvas)
     canvas.resize(*size)
     canvas.show_image(QImage(*image, QImage.Format.Format_RGB888))
-    ViewGestures(canvas, state)
+    gestures.ViewGestures(canvas, state)
     drag(canvas, QPoint(100, 100), QPoint(150, 100), QPoint(150, 70), button=button, keys=keys)
     assert (state.view.pan_x, state.view.pan_y) == pytest.approx((0.5, 0.3))
 
@@ -117,7 +109,7 @@ def test_dragging_turns_about_the_states_up_axis_or_freely(state, canvas):
     state.set_trackball(True)
     before = state.view
     drag(canvas, QPoint(100, 100), QPoint(110, 120))
-    assert state.view == tumble(before, 10, 20)
+    assert state.view == gestures.tumble(before, 10, 20)
 
 
 PRESS, MOVE = QEvent.Type.MouseButtonPress, QEvent.Type.MouseMove
@@ -171,7 +163,7 @@ def test_a_click_that_trembles_turns_nothing(state, canvas):
     assert not state.live
     # A drag turns by all of its way, also by its first pixels.
     drag(canvas, QPoint(100, 100), QPoint(103, 100), QPoint(110, 100))
-    assert state.view == orbit(HOME_VIEW, 10, 0)
+    assert state.view == gestures.orbit(HOME_VIEW, 10, 0)
 
 
 views = st.builds(
@@ -183,20 +175,20 @@ views = st.builds(
 def test_orbiting_turns_about_the_up_axis(up):
     view = view_in(up, 20.0, 35.0, 0.0, View(0.0, 0.0, 0.0, 0.6, 0.1, 0.2, is_orthographic=True))
     before, axis = view.basis(), axis_direction(up)
-    after = orbit(view, 50.0, 0.0, up)
+    after = gestures.orbit(view, 50.0, 0.0, up)
     # The camera goes round the other way.
-    turned = Rotation.from_rotvec(math.radians(-50 * DEGREES_PER_PIXEL) * axis)
+    turned = Rotation.from_rotvec(math.radians(-50 * gestures.DEGREES_PER_PIXEL) * axis)
     np.testing.assert_allclose(after.basis(), turned.apply(before), atol=1e-9)
     kept = after.distance, after.pan_x, after.pan_y, after.is_orthographic
     assert kept == (0.6, 0.1, 0.2, True)
-    assert orbit(view, 0, 1000.0, up).basis()[2] == pytest.approx(axis, abs=1e-9)
+    assert gestures.orbit(view, 0, 1000.0, up).basis()[2] == pytest.approx(axis, abs=1e-9)
 
 
 @given(views, st.floats(-300, 300), st.floats(-300, 300))
 def test_tumbling_turns_about_the_images_own_axes(view, dx, dy):
-    after = tumble(replace(view, pan_x=0.5), dx, dy)
+    after = gestures.tumble(replace(view, pan_x=0.5), dx, dy)
     # To the right is about the image's up axis; down about its right one.
-    turned = Rotation.from_rotvec(np.radians(DEGREES_PER_PIXEL) * np.array([dy, dx, 0.0]))
+    turned = Rotation.from_rotvec(np.radians(gestures.DEGREES_PER_PIXEL) * np.array([dy, dx, 0.0]))
     np.testing.assert_allclose(after.basis(), turned.as_matrix() @ view.basis(), atol=1e-8)
     assert after.pan_x == 0.5
 
@@ -217,13 +209,15 @@ def test_what_lies_under_the_cursor_stays_there(view, notches, x, y):
     scale = view.camera_distance(1.0) * math.tan(math.radians(VIEW_ANGLE / 2))
     point = scale * ((x - view.pan_x) * right + (y - view.pan_y) * up)
     np.testing.assert_allclose(place_of(view, point), [x, y], atol=1e-9)
-    np.testing.assert_allclose(place_of(zoom(view, notches, (x, y)), point), [x, y], atol=1e-9)
+    np.testing.assert_allclose(
+        place_of(gestures.zoom(view, notches, (x, y)), point), [x, y], atol=1e-9
+    )
 
 
 @pytest.fixture
 def image(qtbot, state):
     widget = QWidget()
-    ViewKeys(widget, state)
+    gestures.ViewKeys(widget, state)
     qtbot.addWidget(widget)
     yield widget
     state.finish_view()
@@ -238,8 +232,8 @@ def image(qtbot, state):
         (Qt.Key.Key_Right, CONTROL, View(30.0, 15.0, 0.0, 0.8, 0.1, 0.0)),
         (Qt.Key.Key_Down, CONTROL | SHIFT, View(30.0, 15.0, 0.0, 0.8, 0.0, -0.02)),
         (Qt.Key.Key_PageDown, PLAIN, View(30.0, 15.0, 5.0, 0.8)),
-        (Qt.Key.Key_Plus, SHIFT, zoom(HOME_VIEW, 1)),
-        (Qt.Key.Key_Minus, Qt.KeyboardModifier.KeypadModifier, zoom(HOME_VIEW, -1)),
+        (Qt.Key.Key_Plus, SHIFT, gestures.zoom(HOME_VIEW, 1)),
+        (Qt.Key.Key_Minus, Qt.KeyboardModifier.KeypadModifier, gestures.zoom(HOME_VIEW, -1)),
         (Qt.Key.Key_Left, Qt.KeyboardModifier.AltModifier, HOME_VIEW),
         (Qt.Key.Key_R, PLAIN, HOME_VIEW),
     ],

@@ -5,16 +5,8 @@ import numpy as np
 import pytest
 from PySide6.QtCore import QObject
 
+from app.engines import requests
 from app.engines.messages import Result
-from app.engines.requests import (
-    Image,
-    ImageRequest,
-    Quality,
-    RegionSensitivityRequest,
-    Request,
-    ValueSensitivityRequest,
-    VisibilityRequest,
-)
 from app.state.sensitivity_asker import REST_SIZE, SensitivityAsker
 from app.state.sensitivity_state import SensitivityState
 from app.state.viewer_state import ViewerState
@@ -55,7 +47,7 @@ class Asking:
     now: float = 100.0
     exact: Client = field(default_factory=Client)
     learned: Client = field(default_factory=Client)
-    cost: Callable[[Request], float] = lambda _request: 0.01
+    cost: Callable[[requests.Request], float] = lambda _request: 0.01
 
     def __post_init__(self):
         self.asker = SensitivityAsker(
@@ -79,7 +71,7 @@ class Asking:
             seconds = self.cost(request)
             self.now += seconds
             note()
-            client.channels[name].deliver(Result(request, Image(np.ones(1), seconds)))
+            client.channels[name].deliver(Result(request, requests.Image(np.ones(1), seconds)))
         return self.now - began
 
     def drag(self, seconds, picture):
@@ -92,9 +84,9 @@ class Asking:
             self.turn()
             self.now += picture
             ages.append(self.age(began))
-            shown = ImageRequest(self.state.inputs, Quality(180, live=True))
+            shown = requests.ImageRequest(self.state.inputs, requests.Quality(180, live=True))
             self.turn()
-            self.asker.follow_image(Result(shown, Image(np.ones(1), picture)))
+            self.asker.follow_image(Result(shown, requests.Image(np.ones(1), picture)))
             if self.exact.waiting:
                 # The next picture, which was asked for at once, is drawn first.
                 self.now += picture
@@ -122,7 +114,11 @@ def asking(state):
 
 def costs(pixel, fixed):
     """Time of answers, in part by their pixels: a derivative's is the longest."""
-    weights = {RegionSensitivityRequest: 1.0, ValueSensitivityRequest: 0.5, VisibilityRequest: 0.3}
+    weights = {
+        requests.RegionSensitivityRequest: 1.0,
+        requests.ValueSensitivityRequest: 0.5,
+        requests.VisibilityRequest: 0.3,
+    }
 
     def cost(request):
         pixels = request.quality.pixels
@@ -171,8 +167,8 @@ def test_where_the_mouse_rests_in_a_drag_the_answers_follow(asking, qtbot):
     asking.answer()
     asking.drag(1.0, 0.05)
     asking.turn()
-    shown = ImageRequest(asking.state.inputs, Quality(180, live=True))
-    asking.asker.follow_image(Result(shown, Image(np.ones(1), 0.05)))
+    shown = requests.ImageRequest(asking.state.inputs, requests.Quality(180, live=True))
+    asking.asker.follow_image(Result(shown, requests.Image(np.ones(1), 0.05)))
     assert not asking.exact.waiting
     asking.now += OLDEST
     # No other image comes.

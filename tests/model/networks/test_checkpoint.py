@@ -8,20 +8,11 @@ import torch
 
 from model.errors import CheckpointError
 from model.evaluation.study import STUDIES
+from model.networks import path_light_network
 from model.networks.card import KIND_NAMES, ModelCard, error_text, errors_by_kind, load_card
 from model.networks.checkpoint import load_model, save_model
 from model.networks.names import PresetName, StudyName
 from model.networks.paper import TwoStageGenerator
-from model.networks.path_light_network import (
-    COLORS,
-    PathLightCard,
-    PathLightNetwork,
-    PathLightSize,
-    load_path_light,
-    network_inputs,
-    permuted,
-    save_path_light,
-)
 from model.networks.size import NetworkSize
 from model.scene.random_inputs import SHARES
 from model.training.options import PRESETS
@@ -214,26 +205,30 @@ def test_names_are_those_of_the_table(names, table):
     assert get_args(names) == tuple(table)
 
 
-SMALL = PathLightSize(8)
+SMALL = path_light_network.PathLightSize(8)
 
 
 def seen_inputs(samples=2):
     generator = torch.Generator().manual_seed(1)
-    colors = {name: torch.rand(2, 3, 32, 48, generator=generator) for name in COLORS}
-    return network_inputs(colors, torch.rand(2, 1, 32, 48, generator=generator), samples)
+    colors = {
+        name: torch.rand(2, 3, 32, 48, generator=generator) for name in path_light_network.COLORS
+    }
+    return path_light_network.network_inputs(
+        colors, torch.rand(2, 1, 32, 48, generator=generator), samples
+    )
 
 
 def lively_light():
     torch.manual_seed(3)
-    network = PathLightNetwork(SMALL)
+    network = path_light_network.PathLightNetwork(SMALL)
     torch.nn.init.normal_(network.out.weight, std=0.1)
     return network.eval().requires_grad_(False)
 
 
 def test_untrained_it_returns_the_denoised_picture_and_trained_it_adds_nothing_where_nothing_is():
     seen = seen_inputs()
-    denoised = seen[:, 3 * COLORS.index("denoised") :][:, :3]
-    torch.testing.assert_close(PathLightNetwork(SMALL)(seen), denoised)
+    denoised = seen[:, 3 * path_light_network.COLORS.index("denoised") :][:, :3]
+    torch.testing.assert_close(path_light_network.PathLightNetwork(SMALL)(seen), denoised)
     network = lively_light()
     # It knows how many samples there are.
     assert not torch.allclose(network(seen_inputs(1)), network(seen_inputs(4)))
@@ -243,8 +238,8 @@ def test_untrained_it_returns_the_denoised_picture_and_trained_it_adds_nothing_w
 
 def test_permuted_colours_are_those_of_each_picture():
     seen = seen_inputs()
-    other = permuted(seen, torch.tensor([2, 0, 1]))
-    for number in range(len(COLORS)):
+    other = path_light_network.permuted(seen, torch.tensor([2, 0, 1]))
+    for number in range(len(path_light_network.COLORS)):
         colors = seen[:, 3 * number : 3 * number + 3]
         torch.testing.assert_close(other[:, 3 * number], colors[:, 2])
         torch.testing.assert_close(other[:, 3 * number + 1], colors[:, 0])
@@ -253,9 +248,11 @@ def test_permuted_colours_are_those_of_each_picture():
 
 def test_a_file_holds_network_and_card(tmp_path):
     network, path = lively_light(), tmp_path / "a" / "network.safetensors"
-    card = PathLightCard(SMALL, {"minutes": 3.0}, {"1": {"denoised": {"a": 0.02}}})
-    save_path_light(path, card, network)
-    found, loaded = load_path_light(path)
+    card = path_light_network.PathLightCard(
+        SMALL, {"minutes": 3.0}, {"1": {"denoised": {"a": 0.02}}}
+    )
+    path_light_network.save_path_light(path, card, network)
+    found, loaded = path_light_network.load_path_light(path)
     assert found == card
     torch.testing.assert_close(loaded(seen_inputs()), network(seen_inputs()), atol=5e-3, rtol=5e-3)
 
@@ -266,7 +263,7 @@ def test_a_file_that_is_no_network_is_told(tmp_path, damage):
     network = lively_light()
     if damage == "nan":
         network.out.weight.fill_(torch.nan)
-    save_path_light(path, PathLightCard(SMALL), network)
+    path_light_network.save_path_light(path, path_light_network.PathLightCard(SMALL), network)
     if damage == "missing":
         path.unlink()
     elif damage == "empty":
@@ -278,4 +275,4 @@ def test_a_file_that_is_no_network_is_told(tmp_path, damage):
     elif damage == "wider":
         path.write_bytes(path.read_bytes().replace(b'\\"width\\": 8', b'\\"width\\": 9'))
     with pytest.raises(CheckpointError, match="network"):
-        load_path_light(path)
+        path_light_network.load_path_light(path)

@@ -7,15 +7,8 @@ from model.scene.inputs import SceneInputs
 from model.scene.region import Region
 from model.scene.tf_perturbation import edit_around
 from model.scene.transfer_function import GaussianMode, OpacityTF
-from model.sensitivity import display
+from model.sensitivity import display, peaks
 from model.sensitivity.exact import change_norms, visibility
-from model.sensitivity.peaks import (
-    Contribution,
-    contributions,
-    follow,
-    percentages,
-    strongest_intervals,
-)
 from model.sensitivity.what_if import compare
 
 BINS = np.arange(256)
@@ -27,7 +20,7 @@ def bump(center, width, height):
 
 def test_the_strongest_peaks_come_first():
     curve = bump(40, 6, 0.2) - bump(120, 8, 0.5) + bump(200, 5, 0.1) + bump(240, 3, 0.05)
-    found = strongest_intervals(curve, (0.0, 510.0))
+    found = peaks.strongest_intervals(curve, (0.0, 510.0))
     assert [round(i.value) for i in found] == [240, 80, 400]
     assert found[0].response == pytest.approx(-0.5, abs=1e-3)
     # Half as high at 1.18 standard deviations: 2 units a bin.
@@ -36,13 +29,13 @@ def test_the_strongest_peaks_come_first():
 
 
 def test_a_response_that_rises_to_an_end_is_a_peak():
-    (found,) = strongest_intervals(np.linspace(0, 1, 256), (0.0, 255.0))
+    (found,) = peaks.strongest_intervals(np.linspace(0, 1, 256), (0.0, 255.0))
     assert (found.value, found.high) == (255.0, 255.0)
 
 
 @pytest.mark.parametrize("curve", [np.zeros(256), np.full(256, np.nan), np.full(256, 1e-9)])
 def test_where_nothing_responds_there_is_no_interval(curve):
-    assert strongest_intervals(curve, (0.0, 1.0)) == ()
+    assert peaks.strongest_intervals(curve, (0.0, 1.0)) == ()
 
 
 def test_the_prediction_is_what_a_faint_mode_does():
@@ -50,7 +43,7 @@ def test_the_prediction_is_what_a_faint_mode_does():
     before = SceneInputs.of(VIEW, tf_of(bump(180, 20, 0.2)))
     width = 6.0
     norms = change_norms(renderer, before, SIZE, Region.whole(SIZE), width)
-    best = strongest_intervals(display.shown_responses(norms, SIZE**2, width), RANGE)[0]
+    best = peaks.strongest_intervals(display.shown_responses(norms, SIZE**2, width), RANGE)[0]
     height = 1e-3
     mode = OpacityTF(RANGE, (GaussianMode(best.value, np.sqrt(2) * width, height),))
     opacity = before.opacity_tf.sample(RANGE) + mode.sample(RANGE)
@@ -66,48 +59,48 @@ def test_a_place_shows_the_value_that_is_there():
     for center in (90, 200):
         inputs = SceneInputs.of(VIEW, tf_of(bump(center, 6, 0.4)))
         seen = visibility(renderer, inputs, SIZE, Region.whole(SIZE))
-        found = contributions(seen, RANGE)
+        found = peaks.contributions(seen, RANGE)
         assert abs(found[0].value - center) < 12
         assert found[0].share > 0.9
-    both = contributions(bump(60, 5, 1.0) + bump(160, 5, 3.0), RANGE)
+    both = peaks.contributions(bump(60, 5, 1.0) + bump(160, 5, 3.0), RANGE)
     assert [round(c.value) for c in both] == [160, 60]
     assert [c.share for c in both] == pytest.approx([0.75, 0.25], abs=0.01)
-    assert contributions(np.zeros(256), RANGE) == ()
+    assert peaks.contributions(np.zeros(256), RANGE) == ()
     renderer.close()
 
 
 def test_a_long_flank_is_named_beside_the_peak_that_it_leads_to():
     # It only rises: there is one peak.
     haze = np.interp(np.arange(256), (60, 200, 240), (0.1, 0.2, 0.2), left=0.0)
-    found = contributions(haze + bump(225, 6, 3.0), RANGE)
+    found = peaks.contributions(haze + bump(225, 6, 3.0), RANGE)
     surface, flank = found
     assert surface.value == pytest.approx(225, abs=4) and 110 < flank.value < 170
     assert surface.share + flank.share == pytest.approx(1.0)
     # The tails of a mode are its own.
-    assert len(contributions(bump(120, 12, 1.0), RANGE)) == 1
+    assert len(peaks.contributions(bump(120, 12, 1.0), RANGE)) == 1
 
 
 def test_values_stay_in_their_rows_while_they_are_edited():
-    before = contributions(bump(60, 5, 1.0) + bump(160, 5, 3.0), RANGE)
+    before = peaks.contributions(bump(60, 5, 1.0) + bump(160, 5, 3.0), RANGE)
     # The first one is lowered below the second, which moves a little; a third one appears.
-    after = contributions(bump(62, 5, 3.0) + bump(160, 5, 1.0) + bump(220, 5, 5.0), RANGE)
+    after = peaks.contributions(bump(62, 5, 3.0) + bump(160, 5, 1.0) + bump(220, 5, 5.0), RANGE)
     assert [round(c.value) for c in after] == [220, 62, 160]
-    listed = follow(before, after, RANGE)
+    listed = peaks.follow(before, after, RANGE)
     assert [round(c.value) for c in listed] == [160, 62, 220]
     assert sum(c.share for c in listed) == pytest.approx(1.0)
     # What no longer shows keeps its row.
-    gone = follow(before, contributions(bump(60, 5, 1.0), RANGE), RANGE)
+    gone = peaks.follow(before, peaks.contributions(bump(60, 5, 1.0), RANGE), RANGE)
     assert [(round(c.value), round(c.share, 2)) for c in gone] == [(160, 0.0), (60, 1.0)]
-    assert follow((), after, RANGE) == after
+    assert peaks.follow((), after, RANGE) == after
 
 
 def test_what_goes_on_rising_outside_the_window_is_no_peak_inside():
     curve = bump(10, 12, 5.0) + bump(130, 8, 0.1)
-    (found,) = strongest_intervals(curve, (0.0, 255.0), window=(32.0, 223.0))
+    (found,) = peaks.strongest_intervals(curve, (0.0, 255.0), window=(32.0, 223.0))
     assert found.value == 130.0
-    (found,) = strongest_intervals(np.linspace(0, 1, 256), (0.0, 255.0), window=(32.0, 255.0))
+    (found,) = peaks.strongest_intervals(np.linspace(0, 1, 256), (0.0, 255.0), window=(32.0, 255.0))
     assert found.value == 255.0
-    assert strongest_intervals(curve, (0.0, 255.0), window=(30.2, 30.8)) == ()
+    assert peaks.strongest_intervals(curve, (0.0, 255.0), window=(30.2, 30.8)) == ()
 
 
 def test_a_darkening_edit_has_a_negative_brightness():
@@ -122,13 +115,13 @@ def test_a_darkening_edit_has_a_negative_brightness():
 
 
 def listed(*shares):
-    return [Contribution(0.0, share, (0.0, 0.0)) for share in shares]
+    return [peaks.Contribution(0.0, share, (0.0, 0.0)) for share in shares]
 
 
 def test_the_one_that_was_rounded_up_most_gives_way():
-    assert percentages(listed(0.436, 0.287, 0.277)) == (43, 29, 28)
-    assert percentages(listed(0.75, 0.25)) == (75, 25)
-    assert percentages(()) == ()
+    assert peaks.percentages(listed(0.436, 0.287, 0.277)) == (43, 29, 28)
+    assert peaks.percentages(listed(0.75, 0.25)) == (75, 25)
+    assert peaks.percentages(()) == ()
 
 
 def test_a_value_between_two_samples_is_interpolated():
