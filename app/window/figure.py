@@ -342,7 +342,7 @@ def figure(
         elif choice.legend and name in last:
             marks.legend(legend_of(*tfs), subject.units)
         if choice.scale_bar and name == names[0] and subject.scale is not None:
-            marks.scale_bar(subject.scale.bar(inputs.view, inputs.part))
+            marks.scale_bar(subject.scale.bar(inputs.view, inputs.part, inputs.mask))
         marks.line(subject, inputs.view)
     painter.end()
     return result

@@ -119,7 +119,8 @@ class Overlays(QObject):
                 legend = legend_of(*filter(None, map(state.tf_input.of, get_args(PaneName))))
             marks.legend(legend, subject.units)
         if self.has("scale_bar") and subject.scale is not None:
-            marks.scale_bar(subject.scale.bar(state.view, state.inputs.part))
+            shown = state.inputs.part, state.mask_input.value
+            marks.scale_bar(subject.scale.bar(state.view, *shown))
         marks.line(subject, state.view)
 
 
