@@ -57,7 +57,7 @@ MOST_DECIMALS = 320  # so many that no number is rounded to them
 SHOWN_DIGITS, TYPED_DIGITS = 3, 6
 """Digits shown of a number, and of a typed one, besides leading digits that both limits share."""
 
-HARDLY = 0.05  # part of a digit that is ignored: limits such as 1 and 255 share no digits
+HARDLY = 0.3  # part of a digit that is ignored: limits such as 100 and 250 share no digits
 
 
 class WholeNumberBox(QSpinBox):

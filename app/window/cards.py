@@ -127,7 +127,6 @@ class UpAxisCard(Card):
             button.setChecked(axis == self._state.up_axis)
         self.show()
         self._ask_for_pictures()
-        self._unused.start()
 
     def _follow_view(self) -> None:
         if not self._state.is_at_home:
@@ -202,6 +201,8 @@ class UpAxisCard(Card):
     def _show_pictures(self, images: list[QImage]) -> None:
         if not self.isHidden():
             self._set_pictures(dict(zip(AXES, images, strict=True)))
+            # Not before: a question without pictures is no question yet.
+            self._unused.start()
 
     def _follow(self) -> None:
         """Store an axis that was chosen elsewhere."""

@@ -208,7 +208,7 @@ class Menus:
         if panes.is_browsing:
             say("The map of TFs is in the place of the second image. B closes it.")
         elif model.awaits_path:
-            say(f"Two images follow. {window.workspace.reference.preparation.text}")
+            say("Two images follow once path-traced light is compiled.")
         return panes.can_compare or model.awaits_path
 
     def _act(self, button: IconButton, slot: Slot, *keys: str) -> QAction:

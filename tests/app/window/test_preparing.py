@@ -161,7 +161,7 @@ def test_one_image_is_shown_until_the_path_tracer_can_draw(qtbot, builders, netw
     assert window.reference.caption.title.endswith("light")
     assert window.workspace.model.errors == window.status.news == ""
     QTest.keyClick(window, Qt.Key.Key_D)
-    assert window.status.news == "Two images follow. 0 of 2"
+    assert window.status.news.startswith("Two images follow")
     assert window.workspace.sensitivity.waiting == "0 of 2"
     assert not builders.generators
     preparation.finish(preparation.wanted[0])
