@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import html
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
@@ -274,6 +274,12 @@ def rule(height: int = 20) -> QFrame:
     line.setProperty("role", "line")
     line.setFixedSize(1, height)
     return line
+
+
+def wrapped(lines: Iterable[str]) -> str:
+    """Return plain lines as a rich tooltip, which Qt wraps."""
+    tip = "<br>".join(html.escape(line).replace("\n", " ") for line in lines if line)
+    return f"<qt>{tip}</qt>" if tip else ""
 
 
 def label(text: str, role: Literal["title", "dim"], wraps: bool = False) -> QLabel:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import html
 import time
 
 import numpy as np
@@ -13,7 +12,7 @@ from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from app import theme
 from app.caption_button import CaptionButton, Tone
-from app.controls import Painted, fill
+from app.controls import Painted, fill, wrapped
 from app.engines.client import Channel, EngineClient, EngineName, EngineState
 from app.engines.messages import Result
 from app.engines.requests import Request
@@ -238,9 +237,7 @@ class EnginePane(QWidget):
         self.caption.set_title(title)
         self.caption.set_detail(text, tone)
         self.canvas.setAccessibleName(self.caption.accessibleName())
-        # As rich text it is wrapped.
-        tip = "<br>".join(html.escape(line).replace("\n", " ") for line in lines if line)
-        self.caption.setToolTip(f"<qt>{tip}</qt>" if tip else "")
+        self.caption.setToolTip(wrapped(lines))
         self.place_caption(self.caption.parent())
 
     def place_caption(self, over: QObject | None) -> None:

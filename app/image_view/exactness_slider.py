@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import html
 import math
 from collections.abc import Callable, Sequence
 from functools import cached_property
@@ -22,7 +21,7 @@ from PySide6.QtWidgets import (
 )
 
 from app import theme
-from app.controls import WheelGuard, fill, label, text_button
+from app.controls import Painted, WheelGuard, fill, label, text_button, wrapped
 from app.engines.client import EngineState
 from app.engines.exactness import STOPS, Stop
 from app.engines.pace import SCALES
@@ -60,7 +59,7 @@ class FidelityLine(QLabel):
     image follows. The text is also the accessible name.
     """
 
-    judged = Signal()  # when an image has been judged
+    judged = Signal(str)  # emitted with measured rate and error of moving images; may be empty
 
     def __init__(
         self,
@@ -84,11 +83,6 @@ class FidelityLine(QLabel):
         ):
             signal.connect(slot)
 
-    @property
-    def moving(self) -> str:
-        """Measured rate and error of the last moving images; may be empty."""
-        return "" if self._errors.moving is None else figures_text(*self._errors.moving)
-
     def _follow(self, state: EngineState) -> None:
         if state is EngineState.LOADING:
             self._errors.forget()
@@ -109,12 +103,11 @@ class FidelityLine(QLabel):
             self.setText(text)
             self.setAccessibleName(text)
         lines = (*self.fidelity.reasons, WHAT) if self.fidelity.error else self.fidelity.reasons
-        # As rich text it is wrapped.
-        tip = "<br>".join(html.escape(line) for line in lines)
-        self.setToolTip(f"<qt>{tip}</qt>" if tip else "")
+        self.setToolTip(wrapped(lines))
         self._place()
         self.setVisible(bool(text))
-        self.judged.emit()
+        moving = self._errors.moving
+        self.judged.emit("" if moving is None else figures_text(*moving))
 
     def _place(self) -> None:
         canvas = self._pane.canvas
@@ -263,10 +256,11 @@ def _alike_text(stops: Stops) -> str:
 class ExactnessSlider(QWidget):
     """Chooses between speed and accuracy, and shows measurements of both."""
 
+    moving = Painted("", "_show_figures")  # measured rate and error of moving images
+
     def __init__(self, work: ReferenceWork) -> None:
         super().__init__()
         self._work = work
-        self._line: FidelityLine | None = None
         self._ends = [label("fast", "dim"), label("exact", "dim")]
         self._is_folded = False
         self.slider = QSlider(Qt.Orientation.Horizontal)
@@ -291,11 +285,6 @@ class ExactnessSlider(QWidget):
     def popover(self) -> TradePopover:
         """Shows rate and error of all stops; built when it is first opened."""
         return TradePopover(self._work, self)
-
-    def follow(self, line: FidelityLine) -> None:
-        """Show the measurements of an error line."""
-        self._line = line
-        line.judged.connect(self._show_figures)
 
     def set_folded(self, folded: bool) -> None:
         """Hide words and numbers, or show them again."""
@@ -331,6 +320,6 @@ class ExactnessSlider(QWidget):
             widget.setToolTip(tip)
 
     def _show_figures(self) -> None:
-        text = "" if self._line is None else self._line.moving
-        self.figures.setText(UNKNOWN if self._is_folded else text or UNKNOWN)
-        self.figures.setAccessibleName(f"Moving images: {text}" if text else "Speed and accuracy")
+        said = f"Moving images: {self.moving}" if self.moving else "Speed and accuracy"
+        self.figures.setText(UNKNOWN if self._is_folded else self.moving or UNKNOWN)
+        self.figures.setAccessibleName(said)

@@ -156,9 +156,7 @@ class OrientationCube(QWidget):
             painter.drawPolygon(face.polygon)
         painter.setPen(QColor(theme.ON_IMAGE.window))
         square = QRectF(0, 0, 100, 100)
-        corners = QPolygonF(
-            [square.topLeft(), square.topRight(), square.bottomRight(), square.bottomLeft()]
-        )
+        corners = QPolygonF([QPointF(x, y) for x, y in ((0, 0), (100, 0), (100, 100), (0, 100))])
         for face in self._faces:
             transform = QTransform.quadToQuad(corners, face.polygon)
             if face.normal[2] < LEGIBLE or not isinstance(transform, QTransform):
@@ -217,9 +215,9 @@ def _visible(axes: Mapping[str, str], labels: dict[str, str], state: ViewerState
         # In perspective, a face is visible only from in front of its plane.
         if eye * normal[2] <= 1.0:
             continue
-        corners = [normal - right + up, normal + right + up, normal + right - up]
-        corners.append(normal - right - up)
-        polygon = QPolygonF([_project(corner, eye) for corner in corners])
+        signs = (-1, 1), (1, 1), (1, -1), (-1, -1)
+        corners = [_project(normal + x * right + y * up, eye) for x, y in signs]
+        polygon = QPolygonF(corners)
         found.append(_Face(name, labels[axes[name]], polygon, normal))
     return found
 

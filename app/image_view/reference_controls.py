@@ -28,9 +28,6 @@ LIGHTINGS = {
     "path": "Path traced: light scattered many times",
 }
 
-LIGHT_NAMES = {"none": "None", "direct": "Direct", "soft": "Soft", "path": "Path traced"}
-"""Names of the lights, on the button."""
-
 SIZES = {
     None: "As large as the pane",
     "generator": "As large as the model's image",
@@ -135,7 +132,7 @@ class ReferenceControls(QObject):
         self._denoises.setChecked(choices.denoises)
         is_automatic = choices.lighting == "auto"
         unlit = is_automatic and settings.lighting == "none" and "direct" in self._work.slow_lights
-        name = LIGHT_NAMES[settings.lighting] + (" (too slow)" if unlit else "")
+        name = LIGHTINGS[settings.lighting].partition(":")[0] + (" (too slow)" if unlit else "")
         of = f"{pane}: " if self._tf_input.compares else ""
         self.light.set_title(f"{of}{name}")
         self.light.setAccessibleName(f"Light: {self.light.title}")

@@ -18,6 +18,7 @@ from model.scene.value_scale import ValueScale
 
 NO_MODEL_SIZE = 512  # size of the reference image until its pane's is known, in pixels
 HOLD_MS = 600  # longest wait of the analyst for the reference's image at rest
+STILL_MS = 300  # pause in a drag after which its images become better
 
 
 class ImageScheduler(QObject):
@@ -48,7 +49,9 @@ class ImageScheduler(QObject):
         # requested.
         self.scale: ValueScale = "linear"
         self._patience = Pause(self, HOLD_MS, self.end)
+        self._still = Pause(self, STILL_MS, self._refine)
         state.inputsChanged.connect(self._ask_moving)
+        state.inputsChanged.connect(self._still.start)
         state.inputsChangeFinished.connect(self.send)
         self._of_reference = self._reference.images, self._reference.images_b
         self._channels = self._generator.images, *self._of_reference
@@ -71,6 +74,7 @@ class ImageScheduler(QObject):
     def end(self) -> None:
         """Stop holding requests back."""
         self._patience.stop()
+        self._still.stop()
         self._analyst.hold(False)
 
     def _ask_moving(self) -> None:
@@ -85,6 +89,14 @@ class ImageScheduler(QObject):
             self._ask(self._reference.images, live=1)
         else:
             self._ask_both()
+
+    def _refine(self) -> None:
+        """Have images become better while what is dragged is held still."""
+        drawn = [each for each in self._channels if each.client not in self.hidden]
+        if any(each.is_pending and each.client.is_ready for each in drawn):
+            self._still.start()
+        elif self._state.live:
+            self.send()
 
     def _ask_both(self) -> None:
         """Request moving images of A and B; one that does not change is not drawn."""

@@ -24,7 +24,6 @@ from model.files import write_atomically
 from model.json_files import MalformedError, build_valid, read_json
 from model.scene.mask import Mask
 from model.scene.volume import Volume
-from model.volume_files.shipped import shipped_volumes
 
 LOCK_PATIENCE_S = 5.0  # after which a file is written without its lock: its holder hangs
 
@@ -375,8 +374,7 @@ def _first(text: str, others: tuple[str, ...]) -> tuple[str, ...]:
 def _with_recent(settings: Settings, kind: RecentKind, path: Path) -> Settings:
     name = f"recent_{kind}"
     changes: dict[str, Any] = {name: _first(str(path), getattr(settings, name))}
-    # Nobody keeps own files with the shipped ones.
-    if kind != "models" and path.absolute() not in shipped_volumes():
+    if kind != "models":
         changes["last_folder"] = str(path.parent)
     return replace(settings, **changes)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping
+from functools import partial
 from math import isclose
 from types import MappingProxyType
 from typing import Any
@@ -14,7 +15,7 @@ from app.engines.background import Pause
 from app.engines.client import EngineName
 from app.state.edited_tf import EditedTF, PaneName
 from app.state.edits import Brightness, EditedInput, EditHistory, Lit
-from app.state.view_navigation import HOME_VIEW, ViewNavigation
+from app.state.view_navigation import ViewNavigation
 from model.scene.clip_plane import ClipPlane
 from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs
@@ -61,8 +62,6 @@ class Calm(QObject):
             refresh()
 
 
-__all__ = ["EMPTY_TF", "HOME_VIEW", "ViewerState"]
-
 EMPTY_TF = TransferFunction(
     OpacityTF((0.0, 1.0)), ColorTF((0.0, 1.0), ((0.0, 0.0, 0.0, 0.0), (1.0, 1.0, 1.0, 1.0)))
 )
@@ -85,17 +84,14 @@ class ViewerState(ViewNavigation):
         self.edits = EditHistory(self)
         self.tf_input = EditedTF(EMPTY_TF, self.edits, self)
         self.crop_input = _EditedCrop(None, "crop", self.edits, self)
-        self.clip_input: EditedInput[ClipPlane | None] = EditedInput(
-            None, "clipping plane", self.edits, self
-        )
-        self.interpolation_input: EditedInput[bool | None] = EditedInput(
-            None, "interpolation", self.edits, self
-        )
-        self.mask_input: EditedInput[Mask | None] = EditedInput(None, "mask", self.edits, self)
+        plain = partial(EditedInput[Any], None, history=self.edits, parent=self)
+        self.clip_input: EditedInput[ClipPlane | None] = plain("clipping plane")
+        self.interpolation_input: EditedInput[bool | None] = plain("interpolation")
+        self.mask_input: EditedInput[Mask | None] = plain("mask")
         self.edited: dict[str, EditedInput[Any]] = {
             "light": _EditedLight(None, "move light", self.edits, self),
             # Of B; None for that of A.
-            "light_b": EditedInput(None, "move light of B", self.edits, self),
+            "light_b": plain("move light of B"),
             "crop": self.crop_input,
             "clip": self.clip_input,
             "interpolates": self.interpolation_input,

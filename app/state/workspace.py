@@ -225,11 +225,11 @@ class Workspace(QObject):
         tf_input = self._state.tf_input
         if is_next and wanted.memory is None:
             # The next time step keeps what is cut away, and B.
-            cuts = {name: self._state.edited[name].value for name in ("crop", "clip", "mask")}
-            others |= {name: value for name, value in cuts.items() if others[name] is None}
+            names = "crop", "clip", "mask", "light_b"
+            kept = {name: self._state.edited[name].value for name in names}
+            others |= {name: value for name, value in kept.items() if others[name] is None}
         if is_next and tf_input.compares and memory.tf_b is None:
-            look = {"look_b": tf_input.look, "light_b": self._state.edited["light_b"].value}
-            others |= {"compares": True, "tf_b": tf_input.of("B")} | look
+            others |= {"compares": True, "tf_b": tf_input.of("B"), "look_b": tf_input.look}
             tf = tf or tf_input.of("A")
         self._state.start_volume(opened.default, tf, others, volume.file)
         if wanted.memory is not None:

@@ -51,9 +51,8 @@ def legend_of(a: TransferFunction, b: TransferFunction | None = None) -> Legend:
     return {"": a} if b is None or b == a else {"A": a, "B": b}
 
 
-SHADES = 256  # of a bar of colours
 MOST_HEIGHT = 0.4  # length of a legend relative to the image's height
-SAMPLES = 256  # scalar values along a legend
+SAMPLES = 256  # colours of a bar, and scalar values along a legend
 
 
 class Marks:
@@ -140,7 +139,7 @@ class Marks:
         right, bottom = rect.right() - 1.2 * text, rect.bottom() - 2.6 * text
         bar = QRectF(right - width, bottom - 0.9 * text, width, 0.9 * text)
         self._frame(bar)
-        self._painter.drawImage(bar, to_qimage(color_bar(compared.measure, SHADES)[None]))
+        self._painter.drawImage(bar, to_qimage(color_bar(compared.measure, SAMPLES)[None]))
         first, last = compared.ends
         title = self._elided(compared.title, rect.width() - 2.4 * text)
         self._write_before(bar.right(), bar.top() - 0.5 * text, title)
@@ -342,7 +341,7 @@ def figure(
         elif choice.legend and name in last:
             marks.legend(legend_of(*tfs), subject.units)
         if choice.scale_bar and name == names[0] and subject.scale is not None:
-            marks.scale_bar(subject.scale.bar(inputs.view, inputs.part, inputs.mask))
+            marks.scale_bar(subject.scale.bar(inputs.view, inputs.part))
         marks.line(subject, inputs.view)
     painter.end()
     return result

@@ -177,7 +177,8 @@ class FigureSaving(QObject):
         """The dialog's first choice: the last one, or the screen's."""
         last, overlays = self._context.preferences.settings.figure, self._overlays
         if last is None:
-            marks = overlays.has("legend"), overlays.has("scale_bar")
+            compares = self._context.state.tf_input.compares
+            marks = overlays.has("legend") or compares, overlays.has("scale_bar")
             last = FigureSettings(0, overlays.background, *marks)
         which, look = self._which(), (last.background, last.legend, last.scale_bar)
         work = self._context.workspace.reference

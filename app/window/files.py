@@ -36,7 +36,7 @@ from model.scene.value_scale import values_at
 from model.sensitivity.result import NUMBER_SUFFIXES, SensitivityResult, save_numbers
 from model.volume_files.choice import Choice
 from model.volume_files.masks import SUFFIXES as MASK_SUFFIXES
-from model.volume_files.masks import LabelMap, read_labels
+from model.volume_files.masks import LabelMap, read_labels, write_mask
 from model.volume_files.raw import RawLayout
 
 TF_FILTER = "Transfer functions (*.json);;All files (*)"
@@ -69,6 +69,8 @@ class Files(QObject):
         self._reading = ""
         # Each call returns an action for the window's thread.
         self._masks = LatestCall("masks", self, lambda go_on: go_on(), self._fail, at_once=True)
+        # Reading of masks ends with their volume; writing does not.
+        self._writes = LatestCall("mask", self, lambda go_on: go_on(), self._fail, at_once=True)
 
     def open(self, path: Path) -> None:
         """Open a file or folder by its kind: a volume, a model, a TF or a session."""
@@ -210,12 +212,20 @@ class Files(QObject):
         name = proposed_name(self._context, "volume", f".mask{MASK_SUFFIXES[0]}")
         path = ask_for_place(self._context, "Save mask", MASK_FILTER, MASK_SUFFIXES, name)
         if path is not None and opened is not None and mask is not None:
-            self._sessions.write_mask(path, mask, opened.volume, f"Saved {path.absolute()}.")
+
+            def write() -> Callable[[], object]:
+                write_mask(path, mask, opened.volume)
+                return partial(self._status.say, f"Saved {path.absolute()}.")
+
+            # An earlier one may use the same file.
+            self._writes.join()
+            self._writes.ask(write)
 
     def join(self) -> None:
-        """Wait until masks are read."""
-        self._masks.stop()
-        self._masks.join()
+        """Wait until masks are read and written."""
+        for call in (self._masks, self._writes):
+            call.stop()
+            call.join()
 
     def ask_for_content(self) -> None:
         """List the volumes in the open volume's file, to choose from."""

@@ -119,8 +119,7 @@ class Overlays(QObject):
                 legend = legend_of(*filter(None, map(state.tf_input.of, get_args(PaneName))))
             marks.legend(legend, subject.units)
         if self.has("scale_bar") and subject.scale is not None:
-            shown = state.inputs.part, state.mask_input.value
-            marks.scale_bar(subject.scale.bar(state.view, *shown))
+            marks.scale_bar(subject.scale.bar(state.view, state.inputs.part))
         marks.line(subject, state.view)
 
 

@@ -75,24 +75,20 @@ class Sessions(QObject):
     def _save(
         self, path: Path, session: Session, mask: Mask | None, volume: Volume, said: str
     ) -> None:
-        """Write a session and, next to it, its mask; then say something."""
+        """Write a session and, next to it, its mask, which may take a while; then say something."""
         # Not the name proposed for a mask that is saved alone.
         name = "" if mask is None else f"{path.name}.mask.nrrd"
         memory = replace(session.content.memory, mask=name)
         replace(session, content=replace(session.content, memory=memory)).save(path)
         if mask is not None:
-            self.write_mask(path.with_name(name), mask, volume, said)
+            # An earlier one may use the same file, and must be written first.
+            self.join()
 
-    def write_mask(self, path: Path, mask: Mask, volume: Volume, said: str) -> None:
-        """Write a mask in the background, then say something."""
+            def write() -> str:
+                write_mask(path.with_name(name), mask, volume)
+                return said
 
-        def write() -> str:
-            write_mask(path, mask, volume)
-            return said
-
-        # An earlier one may use the same file, and must be written first.
-        self.join()
-        self._masks.ask(write)
+            self._masks.ask(write)
 
     def session(self) -> Session | None:
         """Return the present session; None without a volume."""

@@ -124,7 +124,7 @@ class WindowParts(QMainWindow):
         self.fidelity = FidelityLine(
             self.reference, self.state, lambda: work.raster, lambda: work.settings != work.wanted
         )
-        self.exactness.follow(self.fidelity)
+        self.fidelity.judged.connect(partial(setattr, self.exactness, "moving"))
         # Before the sensitivities, so that it is below regions.
         self.image_error = ImageError(self.context)
         # After the gestures, so that regions get the mouse first.

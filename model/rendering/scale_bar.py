@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from model.scene.clip_plane import WHOLE_PART, ShownPart
-from model.scene.mask import Mask
 from model.scene.orientation import WHOLE
 from model.scene.view import NEAREST_DEPTH, Projection, View
 from model.scene.volume import Triple, Volume
@@ -54,11 +53,9 @@ class Scale:
         low, high = (tuple(ends.tolist()) for ends in (shown.min(axis=0), shown.max(axis=0)))
         return cls(volume.proportions, volume.radius, unit, low, high)
 
-    def bar(
-        self, view: View, part: ShownPart = WHOLE_PART, mask: Mask | None = None
-    ) -> ScaleBar | None:
+    def bar(self, view: View, part: ShownPart = WHOLE_PART) -> ScaleBar | None:
         """Return the longest bar of a round length that fits; None close to the eye."""
-        span = self.span(view, part, mask)
+        span = self.span(view, part)
         if span is None:
             return None
         factor, unit = _unit_for(WIDEST * span, self.unit)
@@ -74,14 +71,10 @@ class Scale:
         factor, unit = _unit_for(length, self.unit)
         return f"{length / factor:.4g} {unit or 'units'}"
 
-    def span(
-        self, view: View, part: ShownPart = WHOLE_PART, mask: Mask | None = None
-    ) -> float | None:
+    def span(self, view: View, part: ShownPart = WHOLE_PART) -> float | None:
         """Length of the picture's shorter side at the depth of the middle; None if near."""
         crop = part.crop
         low, high = np.maximum(self.low, crop.low), np.minimum(self.high, crop.high)
-        if mask is not None:
-            low, high = np.maximum(low, mask.box[0]), np.minimum(high, mask.box[1])
         if (low > high).any():
             low, high = np.array(crop.low), np.array(crop.high)
         corners = np.array(list(itertools.product(*zip(low, high, strict=True))))

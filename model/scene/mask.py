@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,22 +45,6 @@ class Mask:
         packed = np.frombuffer(self.bits, dtype=np.uint8)
         bits = np.unpackbits(packed, count=math.prod(self.shape))
         return bits.view(np.bool_).reshape(self.shape)
-
-    @cached_property
-    def box(self) -> NDArray[np.float64]:
-        """The corners (2, 3) of the box around what is shown, in fractions of the lengths."""
-        nz, ny, nx = self.shape
-        packed = np.frombuffer(self.bits, dtype=np.uint8)
-        front, layers = np.zeros((ny, nx), np.bool_), np.zeros(nz, np.bool_)
-        # Eight layers begin with a byte, and need little memory.
-        for z in range(0, nz, 8):
-            bits = packed[z * ny * nx // 8 : (z + 8) * ny * nx // 8]
-            some = np.unpackbits(bits, count=min(8, nz - z) * ny * nx).reshape(-1, ny, nx)
-            layers[z : z + 8] = some.any(axis=(1, 2))
-            front |= some.any(axis=0)
-        along = front.any(axis=0), front.any(axis=1), layers
-        ends = [np.flatnonzero(each)[[0, -1]] for each in along]
-        return np.transpose(ends) / (np.array(self.shape[::-1]) - 1)
 
     def shows(
         self, x: NDArray[np.integer], y: NDArray[np.integer], z: NDArray[np.integer]

@@ -11,6 +11,7 @@ from shiboken6 import getAllValidWrappers
 from window_fakes import PATIENCE_S, FakeBuilders
 
 from app.engines.worker import THREAD_PREFIX
+from app.state import image_scheduler
 from app.state.preferences import Preferences
 from app.state.viewer_state import ViewerState
 from app.window.main_window import MainWindow
@@ -63,7 +64,8 @@ def still_alive(before):
 
 @pytest.fixture(autouse=True)
 def no_question_waits(monkeypatch):
-    """Answer what a window asks when it is closed in the middle of something."""
+    """Answer what a window asks when it is closed; in no drag is the mouse held still."""
+    monkeypatch.setattr(image_scheduler, "STILL_MS", 10**8)
     monkeypatch.setattr(QMessageBox, "question", lambda *_: QMessageBox.StandardButton.Yes)
 
 

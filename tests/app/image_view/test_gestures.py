@@ -24,7 +24,7 @@ from scipy.spatial.transform import Rotation
 from app.image_view import gestures
 from app.image_view.image_canvas import ImageCanvas
 from app.image_view.reference_controls import light_at
-from app.state.viewer_state import HOME_VIEW
+from app.state.view_navigation import HOME_VIEW
 from model.scene.orientation import angles_in, view_in
 from model.scene.scene import LightDirection, LightRange
 from model.scene.view import AXES, VIEW_ANGLE, View, axis_direction

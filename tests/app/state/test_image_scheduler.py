@@ -76,6 +76,18 @@ def turn(state, azimuth):
     state.move_view(View(azimuth=azimuth))
 
 
+def test_what_is_held_still_becomes_better(state, scheduler, generator, reference):
+    turn(state, 10.0)
+    for count, is_moving in ((1, True), (2, False)):
+        # Not before the last moving images are there.
+        scheduler._still.timeout.emit()
+        for client in (generator, reference):
+            assert [each.quality.live for each in client.asked] == [True, False][:count]
+            client.answer(is_last=is_moving)
+    turn(state, 11.0)
+    assert generator.asked[-1].quality.live and reference.asked[-1].quality.live
+
+
 def test_at_rest_each_engine_is_asked_once_for_all_pixels(state, scheduler, generator, reference):
     for client in (generator, reference):
         scheduler.send()

@@ -14,7 +14,6 @@ from app.state.preferences import MOST_RECENT, Preferences, settings_file, volum
 from app.state.settings import Settings, VolumeMemory
 from model.json_files import build_valid
 from model.scene.view import View
-from model.volume_files.shipped import shipped_volumes
 
 
 @pytest.fixture(autouse=True)
@@ -156,7 +155,6 @@ def test_recent_files_are_the_newest_ones_each_once(tmp_path):
         preferences.note_recent("transfer_functions", path)
     expected = [files[5], *(p for p in reversed(files) if p != files[5])][:MOST_RECENT]
     assert preferences.recent("transfer_functions") == expected
-    preferences.note_recent("volumes", shipped_volumes()[0])
     assert preferences.settings.last_folder == str(tmp_path / "data")
     preferences.set(recent_transfer_functions=())
     assert preferences.recent("transfer_functions") == []

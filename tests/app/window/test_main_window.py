@@ -216,7 +216,7 @@ def test_each_volume_is_seen_in_the_light_that_it_was_given(
     first.brightness.set(2.0)
     first.state.crop_input.set(half)
     assert opened(first, "ramp 2") == ("soft", light)
-    assert first.brightness.of("exact") == 2 and first.state.crop is None
+    assert first.brightness.of("exact") == 2 and first.state.crop == half
     assert opened(first, "other") == fresh
     # What a start has asked for is not kept.
     first.state.start_light(light)

@@ -10,7 +10,6 @@ from model.rendering.scale_bar import WIDEST, Scale
 from model.scene.clip_plane import ClipPlane, ShownPart
 from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs
-from model.scene.mask import Mask
 from model.scene.transfer_function import OpacityTF
 from model.scene.view import View
 from model.scene.volume import FileFacts, Volume
@@ -65,8 +64,6 @@ def test_nearer_things_are_larger_than_the_bar_says():
     crop = CropBox((0.0, 0.0, 0.0), (1.0, 0.1, 1.0))
     for part in (ShownPart(crop), ShownPart(clip=ClipPlane((0.0, 1.0, 0.0), -0.8 / 3**0.5))):
         assert Scale.of(volume).span(view, part) == pytest.approx(span)
-    mask = Mask.of(np.broadcast_to((np.arange(41) < 5)[:, None], (41, 41, 41)))
-    assert Scale.of(volume).span(view, mask=mask) == pytest.approx(span)
     # Close to the eye there is none.
     shown = np.array([[0.5, 0.02, 0.5]])
     assert Scale.of(dots(20), shown).bar(View(distance=0.1)) is None
