@@ -21,11 +21,7 @@ from model.scene.value_scale import ValueScale, values_at
 _BEYOND = 0.015  # part of the plot by which outermost bins reach beyond it
 _WIDEST_GAP = 8  # largest distance, in bins, between two teeth of a comb
 _COMB = 0.1  # least share of empty bins in narrow gaps that makes a histogram a comb
-
-
 _OVERHANG = 0.05  # margin of a pen beyond its curve, in widths of a plot and own heights
-
-
 _STRAIGHT = 1e-11  # bend of a line below which a point is dropped, as a share of its height
 
 

@@ -83,7 +83,12 @@ class RangeLayer(QObject):
         self._cut: tuple[TransferFunction, TransferFunction] | None = None
         """The TF that was cut last: after the cut and before."""
         self._begun = state.transfer_function
-        self.lines = (self._add_line(0), self._add_line(1))
+        self.lines = [
+            RangeLine(side, partial(self._drag, end), self._finish, self._begin)
+            for end, side in enumerate((-1, 1))
+        ]
+        for line in self.lines:
+            area.opacity.addItem(line, ignoreBounds=True)
         self._shades = [(_add_shade(area.opacity), _add_shade(area.strip)) for _ in range(2)]
         self.recolor()
         self.refresh()
@@ -127,16 +132,6 @@ class RangeLayer(QObject):
         """Return the present TF with the parts that were cut off."""
         tf = self._state.transfer_function
         return self._cut[1] if self._cut is not None and self._cut[0] == tf else tf
-
-    def _add_line(self, end: int) -> RangeLine:
-        line = RangeLine(
-            -1 if end == 0 else 1,
-            partial(self._drag, end),
-            self._finish,
-            self._begin,
-        )
-        self._area.opacity.addItem(line, ignoreBounds=True)
-        return line
 
     def fit_height(self) -> None:
         """Set the lines' height to the plot's."""

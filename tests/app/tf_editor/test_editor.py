@@ -35,11 +35,8 @@ def position(handle):
 
 
 def test_dragging_a_peak_edits_live_and_makes_one_undo_step(qtbot, editor, state):
-    start, half, end = (
-        pixel(editor, 130.0, 0.5),
-        pixel(editor, 140.0, 0.6),
-        pixel(editor, 150.0, 0.8),
-    )
+    places = (130.0, 0.5), (140.0, 0.6), (150.0, 0.8)
+    start, half, end = (pixel(editor, *place) for place in places)
     with qtbot.assertNotEmitted(state.tf_input.changeFinished):
         press(editor, start)
         move(editor, half)
