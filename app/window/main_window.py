@@ -158,7 +158,7 @@ class MainWindow(WindowParts):
 
     def closeEvent(self, event: QCloseEvent) -> None:
         """Hide the window at once, then wait for its threads."""
-        if self.isVisible() and not self._may_quit():
+        if self.isVisible() and not (self._may_quit() and self.sessions.finish()):
             event.ignore()
             return
         self.saving.cancel()

@@ -7,7 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from PySide6.QtCore import QObject
+from PySide6.QtCore import QCoreApplication, QObject
 
 from app.controls import Action
 from app.engines.background import LatestCall
@@ -47,7 +47,7 @@ class Sessions(QObject):
         folder = self._preferences.folder
         self._before_path = None if folder is None else folder / BEFORE
         self._awaited: tuple[Path, Session] | None = None
-        self._is_before_kept = False
+        self._is_before_kept = self._has_failed = False
         self._masks = LatestCall("session", self, context.status.say, self._fail, at_once=True)
         self.join = self._masks.join
 
@@ -143,7 +143,15 @@ class Sessions(QObject):
         )
         self._workspace.opening.open(session.volume, wanted)
 
+    def finish(self) -> bool:
+        """Wait until masks are written; return False where one failed, which is shown."""
+        self._has_failed = False
+        self.join()
+        QCoreApplication.sendPostedEvents(self._masks)
+        return not self._has_failed
+
     def _fail(self, text: str) -> None:
+        self._has_failed = True
         self._context.fail(text, KEY)
 
     def take_read(self, opened: OpenedVolume) -> None:

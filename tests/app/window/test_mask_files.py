@@ -17,6 +17,7 @@ from app.state.preferences import Preferences
 from app.window.context import VOLUME_FILTER
 from app.window.main_window import MainWindow
 from app.window.volume_dialogs import LabelsDialog
+from model.errors import TfscopeError
 from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF, TransferFunction
 from model.scene.view import View
 from model.scene.volume import FileFacts, Volume
@@ -147,6 +148,15 @@ def test_a_mask_is_there_in_the_next_run_and_in_sessions(
         write_mask(*args)
         running.pop()
 
+    def fail(*_):
+        time.sleep(0.05)
+        raise TfscopeError("The disk is full.")
+
+    # What fails while the window closes is said, and it stays.
+    monkeypatch.setattr("app.window.sessions.write_mask", fail)
+    window.sessions.save(session)
+    assert not window.close() and window.isVisible()
+    assert window.notice.text == "The disk is full."
     monkeypatch.setattr("app.window.sessions.write_mask", write)
     # Again before the first one is written: one after the other.
     window.sessions.save(session)

@@ -133,12 +133,6 @@ def test_a_renderer_draws_with_one_mask_after_another_and_without(volume, name, 
     assert rms(images[0] - images[1]) > 0.05 and rms(images[1] - images[2]) > 0.05
 
 
-def test_paths_meet_nothing_where_nothing_is_shown(volume):
-    found = drawn(PathTracer, volume, inputs(half()), SIZE)
-    opacity = drawn(RaycastRenderer, volume, inputs(half()), SIZE)[..., 3]
-    np.testing.assert_allclose(found[..., 3], opacity, atol=2e-3)
-
-
 @both
 def test_the_overview_of_opacities_leaves_hidden_voxels_out(volume, how):
     given = without_half(volume, how)

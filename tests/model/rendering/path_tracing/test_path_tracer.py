@@ -179,13 +179,14 @@ def test_light_scattered_once_is_that_of_a_quadrature(spacing, masks):
     assert image[0, 0, 0] == pytest.approx(expected, rel=0.02)
 
 
-@pytest.mark.parametrize("case", ["cropped", "missing", "part"])
+@pytest.mark.parametrize("case", ["cropped", "missing", "part", "masked"])
 def test_opacity_is_the_ray_casters(case):
     volume = balls("float32" if case == "cropped" else "uint8", ANISOTROPIC, case == "missing")
     crop = CropBox((0.2, 0.0, 0.3), (1.0, 0.7, 1.0)) if case == "cropped" else None
     view = replace(VIEW, pan_x=0.1, pan_y=-0.2, distance=0.5)
     raster = Raster(40, 30, 7, 5, 20, 11) if case == "part" else Raster(32, 32)
-    inputs = seen(volume, view, crop=crop)
+    mask = Mask.of(np.indices(volume.voxels.shape)[2] < 15) if case == "masked" else None
+    inputs = seen(volume, view, crop=crop, mask=mask)
     caster = RaycastRenderer(volume)
     expected = caster.render(inputs, raster)[..., 3]
     caster.close()
