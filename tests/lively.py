@@ -9,10 +9,7 @@ SIZE = NetworkSize(0.125, 32, 64)
 
 
 def lively_network():
-    """A network of that size, whose images depend on what goes in.
-
-    As first weights, the paper's are too small for that.
-    """
+    """A network whose images depend on its inputs; the paper's first weights are too small."""
     torch.manual_seed(0)
     network = TwoStageGenerator(SIZE)
     kaiming_init(network)

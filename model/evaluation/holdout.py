@@ -43,7 +43,7 @@ class Evaluation:
 
     generator: dict[str, NDArray[np.float64]]  # with "opacity_rmse"
     nearest_neighbor: dict[str, NDArray[np.float64]]
-    neighbors: int  # training images that were searched
+    neighbors: int  # number of searched training images
 
     @property
     def count(self) -> int:
@@ -165,20 +165,19 @@ def _columns(rows: Sequence[dict[str, float]]) -> dict[str, NDArray[np.float64]]
 
 DEFAULT_COUNT = 2000
 
-MOST_NEIGHBORS = 2000  # training images that are rendered at most, as many as hold-out samples
+MOST_NEIGHBORS = 2000  # most training images to render, as many as hold-out samples
 DIFFERENTIATED, LEAST_DIFFERENTIATED = 0.1, 5  # share and number of samples differentiated
 
 Progress = Callable[[str, int, int], None]
-"""Called with an activity ("rendering", "measuring", "differentiating"), what is done of it and in
-total."""
+"""Called with an activity ("rendering", "measuring", "differentiating"), its progress and total."""
 
 
 @dataclass(frozen=True)
 class EvaluationJob:
     """The measurements to make of a model, on `count` hold-out samples.
 
-    The store is any data set of the model's scene. Without one the hold-out samples, and at most
-    as many training samples, are rendered anew, as they follow from the model's seed.
+    The store is any data set of the model's scene. Without one, hold-out samples, and at most as
+    many training samples, are rendered again from the model's seed.
     """
 
     model: Path
@@ -194,14 +193,14 @@ def run_evaluation(
     on_progress: Progress = lambda activity, done, total: None,
     on_note: Callable[[str], None] = lambda note: None,
 ) -> dict[str, Any]:
-    """Measure a model; call `on_note` with a sentence when its sensitivities are left out.
+    """Measure a model; call `on_note` with a sentence if its sensitivities are skipped.
 
     The result is that of :meth:`Evaluation.to_json`, with "kinds" of opacity TFs, and with
-    "sensitivity_agreement" where the volume is at hand and its light has exact derivatives.
+    "sensitivity_agreement" if the volume is available and its light has exact derivatives.
     """
-    # By the backend that the window draws with: its images are what users see.
+    # By the window's backend, as users see its images.
     generator = Generator.load(job.model, job.device, fastest=True)
-    # Before anything is measured: what is missing had better be said first.
+    # Before any measurement, to report missing libraries first.
     volume = _volume(job, generator, on_note)
     if job.store is not None:
         store = _store(job, generator, job.store)
@@ -237,7 +236,7 @@ def _rendered(
     job: EvaluationJob, generator: Generator, volume: Volume, scratch: Path, on_progress: Progress
 ) -> SampleStore:
     training = generator.card.training
-    # No more than the model has learned from.
+    # At most the model's own training images.
     neighbors = min(job.count, MOST_NEIGHBORS, int(training.get("samples_stored", MOST_NEIGHBORS)))
     store = SampleStore.create(
         scratch / "samples.zarr",
@@ -278,7 +277,7 @@ def _measure(
 def _volume(
     job: EvaluationJob, generator: Generator, on_note: Callable[[str], None]
 ) -> Volume | None:
-    """The volume whose renderings the model learned; None where it is not at hand."""
+    """The model's volume; None if it is not available."""
     try:
         return volume_of(generator.scene, job.volume)
     except VolumeError:

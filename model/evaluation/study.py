@@ -1,8 +1,8 @@
 """The paper's studies (section 6.3) of losses, latent dimensions and loss weights.
 
-A study trains one model per variant, on the same stored samples and with the same budget, and
-measures all on the same hold-out samples. Each variant has its own folder: finished ones are not
-trained again, stopped ones are resumed. A collapsed one is measured in its last good state.
+A study trains one model per variant, on the same samples with the same budget, and measures all on
+the same hold-out samples. Each variant has its own folder: finished ones are kept, stopped ones are
+resumed. A collapsed one is measured in its last good state.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ class Variant:
     settings: tuple[str, ...] = ()  # changes of the recipe, see `TrainingOptions.with_settings`
     latent_dim: int | None = None
     paper: tuple[float, float] | None = None
-    two_stage_settings: tuple[str, ...] = ()  # further ones where opacity has a stage of its own
+    two_stage_settings: tuple[str, ...] = ()  # further ones if opacity has its own stage
 
     def changes(self, options: TrainingOptions) -> tuple[str, ...]:
         """Return all changes of a recipe."""
@@ -59,10 +59,10 @@ class Study:
     """A study and its variants."""
 
     title: str
-    paper: str  # of which data the paper's numbers are
+    paper: str  # data of the paper's numbers
     variants: tuple[Variant, ...]
     neighbor: tuple[float, float] | None = None  # image RMSE and colour EMD of the nearest image
-    varied: str = ""  # which number the variants' labels are, if they are one
+    varied: str = ""  # meaning of the labels, if they are numbers
 
 
 ADVERSARY, NO_ADVERSARY = "adversarial_start=0", "adversarial_start=1"
@@ -123,7 +123,7 @@ class StudyPlan:
     volume: Volume
     base: TrainingPlan  # a variant changes options or size, in a subfolder
     count: int  # hold-out samples that are measured
-    sensitivities: int  # of these, that are also compared with the renderer's sensitivities
+    sensitivities: int  # number of these that are also compared with exact sensitivities
 
     def training(self, variant: Variant) -> TrainingPlan:
         """Return the training plan of a variant."""
@@ -316,7 +316,7 @@ PICTURED = 4  # samples that are shown
 
 
 def study_pictures(study: Study, plan: StudyPlan) -> dict[str, NDArray[np.floating]]:
-    """Draw the first hold-out samples that show something by all models of a finished study."""
+    """Draw the first non-empty hold-out samples by all models of a finished study."""
     samples = plan.store.read("holdout", range(plan.count))
     shows = clearly_seen(samples.rgba)
     chosen = np.flatnonzero(shows if shows.any() else ~shows)[:PICTURED]

@@ -1,4 +1,4 @@
-"""Latent codes of opacity TFs as arrays, samples of them, and the codecs that make them."""
+"""Latent codes of opacity TFs as arrays, samples of them, and codecs."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ if TYPE_CHECKING:
     from model.networks.generator_network import LatentCodec
 
 SAMPLES = 10_000  # number of codes on a map, as in the paper (section 5.2)
-ROBUST_SHARE = 0.005  # share of encoded TFs beyond either side of the box that codes are drawn from
-COLLAPSED_DEVIATION = 1e-4  # standard deviation below which a code's number stands for nothing
-PictureOf = Literal["code", "tf"]  # of a latent code itself, or of the TF that it decodes to
+ROBUST_SHARE = 0.005  # share of encoded TFs outside either side of the sampled box
+COLLAPSED_DEVIATION = 1e-4  # standard deviation below which a code's number is unused
+PictureOf = Literal["code", "tf"]  # of a latent code itself, or of its decoded TF
 
 Codes = NDArray[np.float32]
 Opacities = NDArray[np.float32]
@@ -44,7 +44,7 @@ class NetworkCodec(TFCodec):
 
     def encode(self, opacities: NDArray[np.floating]) -> Codes:
         """See :class:`TFCodec`."""
-        # Imported here: the window knows codes, and starts without torch.
+        # Imported here, as the window uses codes but starts without torch.
         import torch
 
         from model.networks.generator_network import encode_unit
@@ -65,7 +65,7 @@ class NetworkCodec(TFCodec):
 
 @dataclass(frozen=True, eq=False)
 class CodeSamples:
-    """Codes (n, d) spread over all that the decoder can make, and the TFs (n, 256) of them."""
+    """Codes (n, d) spread over the decoder's possible TFs, and these TFs (n, 256)."""
 
     codes: Codes
     tfs: Opacities
@@ -73,7 +73,7 @@ class CodeSamples:
 
     @property
     def effective_dimension(self) -> float:
-        """Number of dimensions that the codes use: exp of the entropy of their variances."""
+        """Effective number of dimensions of the codes: exp of the entropy of their variances."""
         variances = np.square(self.singular_values, dtype=np.float64)
         if not variances.sum():
             return 0.0
@@ -98,7 +98,7 @@ def sample_codes(
 
 
 def samples_of(codec: TFCodec, codes: Codes) -> CodeSamples:
-    """Return codes with what follows from them."""
+    """Return codes with derived quantities."""
     checked_codes(codes)
     centred = codes.astype(np.float64) - codes.mean(axis=0, dtype=np.float64)
     variances = np.linalg.eigvalsh(centred.T @ centred / len(codes))[::-1]
@@ -123,23 +123,23 @@ WEIGHTS_FILE = "codec.safetensors"
 FORMAT = 1
 SHIPPED_CODEC = RESOURCES / "codec"
 
-LEAK = np.float32(0.2)  # slope of the layers' activation below 0
+LEAK = np.float32(0.2)  # slope of the activation below 0
 
 SMOOTHING = np.array([1, 8, 28, 56, 70, 56, 28, 8, 1], np.float32) / 256
-"""Weights that smooth decoded TFs, before the sigmoid: a steep edge only takes larger numbers."""
+"""Weights that smooth decoded TFs before the sigmoid, where steep edges are still possible."""
 
-LARGEST_CODE = 0.9999  # of a code's numbers: 3.9 standard deviations of the normal distribution
+LARGEST_CODE = 0.9999  # limit of a code's numbers: 3.9 standard deviations
 
 Weights = dict[str, NDArray[np.float32]]
 
 
 class BrowserCodec(TFCodec):
-    """Codec of opacity TFs for browsing: true to faint opacities, with codes in a known box.
+    """Codec of opacity TFs for browsing: accurate for faint opacities, with codes in a box.
 
-    It works on the square roots of opacities, so that a small error leaves nothing in the way where
-    a TF is 0. Its encoder gives a normal distribution (Kingma and Welling 2014), which is mapped to
-    the box -1..1: random codes in the box are those of plausible TFs. NumPy computes it: to import
-    PyTorch takes longer than the browser's first pictures.
+    It uses square roots of opacities, so that small errors at 0 stay invisible. Its encoder gives a
+    normal distribution (Kingma and Welling 2014), mapped to the box -1..1: random codes in the box
+    give plausible TFs. It uses NumPy, as importing PyTorch takes longer than the browser's first
+    pictures.
     """
 
     def __init__(self, weights: Weights) -> None:
@@ -150,7 +150,7 @@ class BrowserCodec(TFCodec):
         from scipy.special import erf
 
         x = 2 * np.sqrt(np.asarray(opacities, np.float32).clip(0))[:, None] - 1
-        # Convolutions of stride 2, and one over all that is left.
+        # Convolutions of stride 2, and one over the rest.
         for number in range(0, 12, 2):
             kernel, bias = self._layer(f"encoder.0.{number}")
             if number < 10:
@@ -159,7 +159,7 @@ class BrowserCodec(TFCodec):
             x = np.einsum("nclk,ock->nol", windows[:, :, ::2], kernel, optimize=True)
             x = _leaky(x + bias[:, None])
         weight, bias = self._layer("encoder.1")
-        # Of the distribution only the means are needed, not the variances.
+        # Only the distribution's means are needed.
         means = (x[:, :, 0] @ weight.T + bias)[:, : len(bias) // 2]
         return np.asarray(erf(means / np.sqrt(np.float32(2))), np.float32)
 

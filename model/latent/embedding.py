@@ -1,7 +1,7 @@
-"""Places of latent codes on a plane: principal components at once, t-SNE in its own process.
+"""Places of latent codes on a plane: principal components, or t-SNE in its own process.
 
-The plane is for the eye: near codes are near one another, and far distances mean little. The
-process is ``python -m model.latent.embedding CODES PLACES``.
+Similar codes are close on the plane; far distances mean little. The process is ``python -m
+model.latent.embedding CODES PLACES``.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ ITERATIONS = 750
 
 LEAST_POINTS = 5  # distinct points below which there is no map
 Places = NDArray[np.float32]  # places (n, 2); the longer side of their bounding box is -1..1
-Progress = Callable[[float], None]  # called with the fraction that is done
+Progress = Callable[[float], None]  # called with the finished fraction
 
 
 class EmbeddingProcess:
-    """t-SNE of codes (n, d) in a process of its own, so that it can be cancelled, or crash."""
+    """t-SNE of codes (n, d) in its own process, so that it can be cancelled."""
 
     def __init__(self, codes: Codes) -> None:
         self._scaled = standardized(codes)
@@ -86,7 +86,7 @@ def principal_places(codes: Codes) -> Places:
 
 
 def standardized(codes: Codes) -> NDArray[np.float64]:
-    """Codes (n, d) with mean 0 and variance 1; numbers that hardly vary are left out."""
+    """Codes (n, d) with mean 0 and variance 1, without numbers that hardly vary."""
     values = checked_codes(codes).astype(np.float64)
     deviations = values.std(axis=0)
     scale = np.abs(values).max()
@@ -110,11 +110,11 @@ def normalized(places: NDArray[np.floating]) -> Places:
 
 
 def main(source: str, target: str) -> None:
-    """Compute the map of a `.npy` file of standardized codes (n, d), and write that of places."""
+    """Compute the map of a `.npy` file of standardized codes (n, d), and write its places."""
     from sklearn.manifold import TSNE
 
     codes = np.load(source)
-    # A finite start of tiny spread: with equal points, scikit-learn's own divides by zero.
+    # Own finite start, as scikit-learn's divides by zero for equal points.
     _, _, axes = np.linalg.svd(codes, full_matrices=False)
     start = np.zeros((len(codes), 2))
     start[:, : len(axes[:2])] = codes @ axes[:2].T

@@ -14,7 +14,7 @@ from model.latent.embedding import Places
 
 CELLS = 4  # cells along either side of a brushed rectangle
 RADIUS_SHARE = 0.05  # radius of the disc around a place, as a fraction of the map's diagonal
-NEIGHBOURS = 12  # samples that the place of a new code is taken from
+NEIGHBOURS = 12  # samples that determine the place of a new code
 Brush = tuple[float, float, float, float]  # a rectangle: left, lower, right and upper edge
 
 
@@ -29,7 +29,7 @@ class Cells:
 
 @dataclass(frozen=True, eq=False)
 class Blend:
-    """Interpolated code (d,) of a place, from so many samples; from 0 it is the nearest one's."""
+    """Interpolated code (d,) of a place, from this many samples; from 0, the nearest one's."""
 
     code: Codes
     samples: int
@@ -80,12 +80,12 @@ def _means(values: NDArray[np.float32], cell: NDArray[np.int64], count: NDArray[
 
 @dataclass(frozen=True, eq=False)
 class LatentMap:
-    """Samples of codes on a plane, which new codes are placed on without moving it."""
+    """Samples of codes on a plane; new codes are placed among them."""
 
     samples: CodeSamples
     places: Places  # shape (n, 2)
-    is_final: bool  # False while principal components are shown in place of the t-SNE map
-    whole: float | None = None  # radius of the disc on the map that these samples are a part of
+    is_final: bool  # False while principal components replace the t-SNE map
+    whole: float | None = None  # radius of the disc on the whole map
 
     @property
     def codes(self) -> Codes:
@@ -97,7 +97,7 @@ class LatentMap:
         return replace(self, places=places, is_final=True)
 
     def only(self, wanted: NDArray[np.bool_]) -> LatentMap:
-        """Return some of the samples where they are."""
+        """Return some of the samples at their places."""
         if wanted.all():
             return self
         samples = replace(self.samples, codes=self.codes[wanted], tfs=self.samples.tfs[wanted])
@@ -127,7 +127,7 @@ class LatentMap:
 
     @cached_property
     def radius(self) -> float:
-        """Radius of the disc that is interpolated over: 5 % of the map's diagonal."""
+        """Radius of the disc for interpolation: 5 % of the map's diagonal."""
         if self.whole is not None:
             return self.whole
         return RADIUS_SHARE * float(np.linalg.norm(np.ptp(self.places.astype(np.float64), axis=0)))

@@ -1,4 +1,4 @@
-"""A latent space: a codec, the scalar values that its TFs lie over, and where its map is kept."""
+"""A latent space: a codec, the range of its TFs, and the files of its map."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ from model.scene.transfer_function import TF_SAMPLES, OpacityTF, Range, check_ra
 from model.scene.value_scale import ValueScale
 
 if TYPE_CHECKING:
-    # Late: with it comes torch.
+    # Late, as it imports torch.
     from model.generator.generator import Generator
 
 
@@ -45,8 +45,8 @@ if TYPE_CHECKING:
 class TFFrame:
     """Stretches a codec's TFs over [0, 1] to a scalar window within the volume's range.
 
-    Below the window, where the background is, a stretched TF shows nothing; above it, the last
-    opacity holds. Raises :class:`TransferFunctionError` for a window that is not increasing.
+    Below the window, in the background, a stretched TF is 0; above it, the last opacity continues.
+    Raises :class:`TransferFunctionError` for a window that is not increasing.
     """
 
     scalar_range: Range
@@ -65,7 +65,7 @@ class TFFrame:
         return OpacityTF(self.scalar_range, points=tuple(points), scale=self.scale)
 
     def opacities(self, opacity_tf: OpacityTF) -> NDArray[np.float32]:
-        """Opacities (256,) of a TF over the window; what lies outside it is lost."""
+        """Opacities (256,) of a TF over the window, without the rest."""
         return opacity_tf.sample(self.window)
 
     def stretched(self, opacities: NDArray[np.floating]) -> NDArray[np.float32]:
@@ -79,11 +79,11 @@ class TFFrame:
         return np.where(values >= lo, between, 0).astype(np.float32)
 
 
-KNOWN_TFS = 4000  # random TFs whose codes span the box that codes are sampled from
+KNOWN_TFS = 4000  # random TFs whose codes determine the sampled box
 SAMPLING_SEED = 0
 
 UNIT_SCENE = Scene("any volume", "", (0.0, 1.0), (0.0, 1.0), image_size=16)
-"""Scene whose random TFs the shipped codec has learned: the family "drawn" over [0, 1]."""
+"""Scene of the shipped codec's training TFs: the family "drawn" over [0, 1]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,15 +92,15 @@ class LatentSpace:
 
     codec: TFCodec
     frame: TFFrame
-    scene: Scene  # determines its random TFs
+    scene: Scene  # of its random TFs
     digest: str  # SHA-256 of its weights
-    folders: tuple[Path, ...]  # any of which may have its map; the last one is written to
+    folders: tuple[Path, ...]  # possible files of its map; the last one is written
 
     @classmethod
     def shipped(
         cls, scalar_range: Range, window: Range, scale: ValueScale = "linear"
     ) -> LatentSpace:
-        """Return the shipped codec's, stretched to a volume's window of interesting values."""
+        """Return the shipped codec's, stretched to a volume's scalar window."""
         digest, codec = load_codec()
         frame = TFFrame(scalar_range, window, scale)
         return cls(codec, frame, UNIT_SCENE, digest, (SHIPPED_CODEC, _cache(digest)))
@@ -139,20 +139,20 @@ class LatentSpace:
                 if codes.shape[1] == numbers:
                     return LatentMap(samples_of(self.codec, codes), places, is_final=True)
             except LatentError:
-                # Missing or foreign: the next place, or a new map.
+                # Missing or foreign: try the next one.
                 continue
         known = draw_opacity_tfs(self.scene, SAMPLING_SEED, 0, KNOWN_TFS)
         samples = sample_codes(self.codec, known, count, SAMPLING_SEED)
         return LatentMap(samples, principal_places(samples.codes), is_final=False)
 
     def keep_map(self, codes: Codes, places: Places) -> None:
-        """Store a finished map for the next time; raise :class:`LatentError` if it cannot be."""
+        """Store a finished map; raise :class:`LatentError` if that fails."""
         key = map_key(self.digest, len(codes), SAMPLING_SEED)
         save_map(self.folders[-1] / _file_name(len(codes), key), key, codes, places)
 
 
 def _file_name(count: int, key: str) -> str:
-    """Return a map's file name; maps of other numbers of samples do not replace the usual one."""
+    """Return a map's file name, which depends on the number of samples."""
     return MAP_FILE if count == SAMPLES else f"map-{key[:16]}.npz"
 
 
@@ -185,7 +185,7 @@ def save_map(path: Path, key: str, codes: Codes, places: Places) -> None:
 
 
 def load_map(path: Path, key: str) -> tuple[Codes, Places]:
-    """Read the codes (n, d) and places (n, 2) of a map, as they were stored."""
+    """Read the stored codes (n, d) and places (n, 2) of a map."""
     with os_errors_as(LatentError, f"{path}: the map cannot be read"):
         content = path.read_bytes()
     try:

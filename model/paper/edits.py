@@ -1,4 +1,4 @@
-"""Edits of an opacity TF that sensitivities suggest, and what they do (paper, Figs. 8 and 9)."""
+"""Edits of an opacity TF suggested by sensitivities, and their effects (paper, Figs. 8, 9)."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from model.sensitivity.learned import Sensitivity
 from model.sensitivity.what_if import compare
 
 AMPLITUDE = 0.3  # opacity of a mode that is added
-MOST_OPACITY = 0.6  # from which a value is left alone: one more mode would hardly show
+MOST_OPACITY = 0.6  # opacity from which one more mode would hardly be visible
 
 
 def suggested_mode(
@@ -30,7 +30,7 @@ def suggested_mode(
     responses: NDArray[np.floating],
     not_near: GaussianMode | None = None,
 ) -> GaussianMode:
-    """Return the mode that promises most, as the paper's user reads it off the plot."""
+    """Return the most promising mode, as the paper's user reads it off the plot."""
     lo, hi = scene.scalar_range
     values = np.linspace(lo, hi, TF_SAMPLES)
     # A mode has no 1/2 in its exponent.
@@ -53,24 +53,24 @@ def with_mode(inputs: SceneInputs, mode: GaussianMode) -> SceneInputs:
 
 BLOCKS = 16  # blocks along each side by which regions are chosen
 REGION_BLOCKS = 4  # blocks along each side of a region
-LEAST_BRIGHTNESS = 0.35  # that the second region needs, relative to the first one's
+LEAST_BRIGHTNESS = 0.35  # least brightness of the second region, relative to the first
 
 
 @dataclass(frozen=True, eq=False)
 class RegionStep:
-    """One row of Fig. 8; the last has no region, and shows what the second edit did."""
+    """One row of Fig. 8; the last has no region, and shows the second edit's effect."""
 
     inputs: SceneInputs
     drawn: Image  # the model's
     truth: Image
     region: Region | None = None
     responses: NDArray[np.float64] | None = None  # the region's (256,), in the displayed unit
-    mode: GaussianMode | None = None  # the mode that is then added
+    mode: GaussianMode | None = None  # the mode to be added
     changes: tuple[float, float] | None = None  # RMS change of the region: the model's, the true
 
 
 def region_edits(subject: Subject, inputs: SceneInputs) -> list[RegionStep]:
-    """Select two regions that react differently, and add to each what its plot suggests."""
+    """Select two regions that react differently, and add the mode that each one's plot suggests."""
     found = Sensitivity(subject.generator, inputs)
     regions = two_regions(found.image, found.field(subject.size // BLOCKS))
     steps, mode = [], None
@@ -91,7 +91,7 @@ def region_edits(subject: Subject, inputs: SceneInputs) -> list[RegionStep]:
 
 
 def two_regions(image: Image, fields: NDArray[np.floating]) -> tuple[Region, Region]:
-    """Choose the brightest square of an image, and one apart from it that reacts otherwise."""
+    """Choose the brightest square of an image, and a separate one that reacts differently."""
     count = len(fields)
     block = len(image) // count
     brightness = np.square(image).mean(axis=2).reshape(count, block, count, block).mean((1, 3))
@@ -128,20 +128,20 @@ PAPER_R = 16  # the paper's grid resolution r: blocks along each side of a field
 
 @dataclass(frozen=True, eq=False)
 class ValueField:
-    """The field of one scalar value, as the paper shows it and with every pixel."""
+    """The field of one scalar value: the paper's, and per pixel."""
 
     value: float
-    band: NDArray[np.float64]  # Gaussian (256,) by which fields of near values count, at most 1
+    band: NDArray[np.float64]  # Gaussian weights (256,) of fields of near values, at most 1
     responses: NDArray[np.float64]  # (256,) of the whole image, in the displayed unit
     blocks: NDArray[np.float64]  # in r x r blocks, coloured over the dim image, (S, S, 3)
-    pixels: NDArray[np.float64]  # for each pixel alike
+    pixels: NDArray[np.float64]  # the same for each pixel
     scale: float  # ends of the scales of opacity and of colour, in the displayed unit
     whole: float
 
 
 @dataclass(frozen=True, eq=False)
 class ValueStep:
-    """One row of Fig. 9; the last has no field, and shows what the second edit did."""
+    """One row of Fig. 9; the last has no field, and shows the second edit's effect."""
 
     inputs: SceneInputs
     drawn: Image
@@ -151,7 +151,7 @@ class ValueStep:
 
 
 def value_edits(subject: Subject, inputs: SceneInputs) -> list[ValueStep]:
-    """Look at the fields of two values, and add a mode at each."""
+    """Compute the fields of two values, and add a mode at each."""
     steps, mode = [], None
     for _ in range(2):
         responses = whole_responses(subject, inputs)

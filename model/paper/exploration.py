@@ -1,4 +1,4 @@
-"""The latent space explored: overview, detail, walk (paper, sections 5.2, 6.2, Figs. 10, 11)."""
+"""Exploration of the latent space (paper, sections 5.2 and 6.2, Figs. 10 and 11)."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from model.latent.latent_space import draw_cells, draw_codes
 from model.paper.subject import Image, Subject
 from model.scene.inputs import SceneInputs
 
-WHOLE_SHARE = 0.9  # side of the rectangle that is brushed for an overview, of the map's
-DETAIL_SHARE = 0.22  # side of the rectangle that is brushed for details
-CLOSER = 0.75  # distance of the second view, of the first one's
+WHOLE_SHARE = 0.9  # side of the overview's rectangle, relative to the map's
+DETAIL_SHARE = 0.22  # side of the detail's rectangle
+CLOSER = 0.75  # distance of the second view, relative to the first one's
 VISITED = 4  # places of a walk
-CANDIDATES = 48  # samples that the places of a walk are chosen among
+CANDIDATES = 48  # samples among which a walk's places are chosen
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +45,7 @@ class Exploration:
 
 
 def final_map(subject: Subject, samples: int) -> LatentMap:
-    """Return the map of the model's latent space, computed by t-SNE and kept if need be."""
+    """Return the stored map of the model's latent space, or compute and store it."""
     map_ = subject.space.open_map(samples)
     if map_.is_final:
         return map_
@@ -63,7 +63,7 @@ def overview(subject: Subject, map_: LatentMap, inputs: SceneInputs) -> Explorat
 
 
 def detail(subject: Subject, map_: LatentMap, first: Exploration) -> Exploration:
-    """Explore a smaller part, seen from the other side and from nearer."""
+    """Explore a smaller part, in a closer view from the other side."""
     view = first.inputs.view
     nearer = max(CLOSER * view.distance, subject.generator.scene.view_range.nearest)
     turned = replace(view, azimuth=view.azimuth + 180, distance=nearer)
@@ -76,10 +76,10 @@ def detail(subject: Subject, map_: LatentMap, first: Exploration) -> Exploration
 def walk(
     subject: Subject, map_: LatentMap, inputs: SceneInputs, candidates: int = CANDIDATES
 ) -> list[Place]:
-    """Visit places whose pictures differ most, from left to right.
+    """Visit the places with the most different pictures, from left to right.
 
-    Each is farthest, by the RMSE of pictures, from all those chosen before. The half with less
-    contrast is left out: nearly black ones, and blocks of an opaque background.
+    Each is farthest, by the pictures' RMSE, from those chosen before. The half with less contrast,
+    nearly black pictures and opaque blocks, is excluded.
     """
     step = max(1, len(map_.codes) // candidates)
     chosen = np.arange(0, len(map_.codes), step)[:candidates]
@@ -111,7 +111,7 @@ def _explored(
     cells = map_.cells(brush)
     draw = partial(draw_codes, subject.generator, subject.space, inputs=inputs)
     images = draw_cells(cells, draw)[..., :3]
-    # Where most is to be seen, the mouse rests.
+    # The mouse rests where most is visible.
     contrast = np.where(cells.count > 0, np.nan_to_num(images).std(axis=(2, 3, 4)), -1)
     row, column = np.unravel_index(contrast.argmax(), contrast.shape)
     hovered = _place(subject, map_, inputs, cells.places[row, column])

@@ -1,4 +1,4 @@
-"""Hold-out samples with their true and generated images (paper, Figs. 1 and 12), and Fig. 2."""
+"""Hold-out samples with true and generated images (paper, Figs. 1 and 12), and Fig. 2."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from model.samples.sample_rendering import render_samples
 from model.samples.sampling import draw_sample
 from model.scene.inputs import SceneInputs, condition_numbers
 
-TYPICAL_AT = (0.2, 0.4, 0.5, 0.7)  # of the samples have a smaller RMSE than those that are shown
+TYPICAL_AT = (0.2, 0.4, 0.5, 0.7)  # shares of samples with a smaller RMSE than the shown ones
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +34,7 @@ def compared_samples(subject: Subject, count: int) -> list[Compared]:
     """Measure hold-out samples, and choose four typical ones and two with the paper's artifacts.
 
     These are a wrong mapping of colours (the largest colour EMD), and a wrong shape (the largest
-    RMSE of the opacity image). Nearly black images are left out, as long as there are others.
+    RMSE of the opacity image). Nearly black images are avoided.
     """
     scene = subject.generator.scene
     samples = render_samples(subject.renderer, scene, subject.seed, "holdout", range(count))
@@ -75,12 +75,12 @@ class Overview:
 
     training: tuple[Pictured, ...]
     networks: tuple[tuple[str, int], ...]  # names and numbers of weights of all four
-    novel: Pictured  # drawn by the generator, from inputs that it has not seen
+    novel: Pictured  # by the generator, from unseen inputs
     truth: Image  # of these
 
 
 def approach(subject: Subject, inputs: SceneInputs) -> Overview:
-    """Collect what the figure of the approach shows."""
+    """Collect the data of the approach's figure."""
     scene, size = subject.generator.scene, subject.generator.card.size
     drawn = [draw_sample(scene, subject.seed, "train", index) for index in range(TRAINING_SAMPLES)]
     network = subject.generator.network

@@ -1,4 +1,4 @@
-"""The subject of a figure: a trained model, its volume, and the view and TF to begin with."""
+"""The subject of a figure: a trained model, its volume, and the first view and TF."""
 
 from __future__ import annotations
 
@@ -38,12 +38,12 @@ class Subject:
 
     @property
     def seed(self) -> int:
-        """Seed of the samples that the model was trained and is measured on."""
+        """Seed of the model's training and hold-out samples."""
         return int(self.generator.card.training.get("dataset_seed", 0))
 
     @property
     def window(self) -> NDArray[np.bool_]:
-        """Whether each of the 256 scalar values lies in the scene's window, shape (256,)."""
+        """Whether each of the 256 scalar values is in the scene's window, shape (256,)."""
         inside = np.zeros(TF_SAMPLES, dtype=bool)
         inside[self.generator.scene.window_samples] = True
         return inside
@@ -62,7 +62,7 @@ class Subject:
 
 
 def open_subject(folder: Path, source: VolumeSource, device: str = "auto") -> Subject:
-    """Load a model and its volume, over the scalar range of the model's scene."""
+    """Load a model and its volume over the model's scalar range."""
     card = load_card(folder)
     volume = volume_of(card.scene, source)
     generator = Generator.load(folder, device)

@@ -22,13 +22,13 @@ from model.samples.sample_store import SampleStore
 from model.samples.sampling import draw_sample
 from model.sensitivity.learned import Sensitivity
 
-PAPER_IMAGES = 200_000  # training images whose rendering time the paper's Table 1 has
+PAPER_IMAGES = 200_000  # training images, for the rendering times of Table 1
 Errors = dict[str, NDArray[np.float64]]
 
 MEASURES = ("rmse", "emd", "ssim", "flip")
 Means = dict[str, float]  # of the errors on hold-out samples, by measure
 
-MEASURED_TOGETHER = 100  # hold-out samples that are in memory at once
+MEASURED_TOGETHER = 100  # hold-out samples in memory at once
 
 PAPER_TABLE_1 = (
     ("Combustion", "170 x 160 x 140", "float", "15", "none", "2.7 h", ".046", ".011"),
@@ -65,7 +65,7 @@ def holdout_errors(
 def nearest_errors(
     store: SampleStore, count: int, on_progress: Callable[[int], None] = lambda done: None
 ) -> Means:
-    """Measure the training images that are nearest to a data set's first hold-out images."""
+    """Measure the training images nearest to a data set's first hold-out images."""
     return _means(
         count, lambda indices: neighbor_errors(store.read("holdout", indices), store), on_progress
     )
@@ -90,9 +90,9 @@ def table_1(
     store: SampleStore | None = None,
     nearest: Means | None = None,
 ) -> Table:
-    """Return Table 1: the models' data sets and errors on so many samples, then the paper's.
+    """Return Table 1: the models' data sets and errors on this many samples, then the paper's.
 
-    Rendering is timed on `timed` samples, unless the store is of the scene and has kept its time.
+    Rendering is timed on `timed` samples, unless the scene's store has its time.
     """
     heading = (
         "data set", "resolution", "precision", "MB", "light", "200,000 training images",
@@ -203,7 +203,7 @@ def table_2(subject: Subject, repeats: int, blocks: int = PAPER_R) -> Table:
 
 
 def _seconds(work: Callable[[], object], repeats: int) -> float:
-    """Median seconds, after a first time that also prepares what stays."""
+    """Median seconds, after a first run to warm up."""
     work()
     return median(_once(work) for _ in range(repeats))
 

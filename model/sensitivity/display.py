@@ -1,4 +1,4 @@
-"""Sensitivities as they are shown: in a unit, by a scale with a floor, in colours.
+"""Sensitivities for display: unit, scale with a floor, colours.
 
 The unit is the change of a pixel's value (0 to 1) by an edit that raises the opacity by .01 where
 it is highest. Colour maps are perceptually uniform and safe for the colour-blind.
@@ -21,16 +21,15 @@ Measure = Literal["change", "signed"]
 """Measure of a region's reaction to an edit of the opacity TF.
 
 "signed" is the paper's (Eq. 11): the change of the l2 norm of the region's colours, above 0 where
-they become brighter. It is 0 for a black region, and where some pixels become brighter as
-much as others become darker. "change" is the l2 norm of the colours' change.
-"""
+they become brighter. It is 0 for a black region, and if some pixels become brighter by as much as
+others darker. "change" is the l2 norm of the colours' change."""
 
-SMALL_EDIT = 0.01  # opacity that the edits of the displayed unit add where they are highest
+SMALL_EDIT = 0.01  # peak opacity of the displayed unit's edits
 UNIT = "change of pixel value per +.01 opacity"
 
-FLOOR = 1 / 2550  # least end of a scale: a tenth of an 8-bit step; below is rounding
+FLOOR = 1 / 2550  # least end of a scale: a tenth of an 8-bit step, the size of rounding
 LEAST_DIFFERENCE = 1 / 255  # least end of a scale of differences of images: an 8-bit step
-# By a measure, by what is visible, or, of two images, by the error FLIP.
+# By a measure, by visibility, or FLIP of two images.
 Shown = Measure | Literal["visible", "flip"]
 
 COLOR_MAPS = {
@@ -39,13 +38,13 @@ COLOR_MAPS = {
     # Green, as visibility is in the plot of the TF.
     "visible": "cmocean:algae_r",
     "flip": "matplotlib:magma",
-    # Its lowest colour is no black: most fields are weak compared with the strongest.
+    # Its lowest colour is not black, as most fields are much weaker than the strongest.
     "all values": "matplotlib:plasma",
 }
-"""By the fields that are shown; the last for one whose colours compare with all values' fields."""
+"""Colour maps by field; the last for one that is coloured by all values' fields."""
 
 BACKDROP = 0.45  # brightness of the grey image behind a field
-_OPAQUE_FROM = 0.35  # part of the scale from which colours are opaque
+_OPAQUE_FROM = 0.35  # share of the scale from which colours are opaque
 _CLIP_QUANTILE = 0.998  # share of the pixels within the scale; single pixels do not set it
 
 
@@ -57,9 +56,10 @@ def per_small_edit(edit: NDArray[np.floating]) -> float:
 def shown_responses(
     responses: NDArray[np.floating], pixels: int, width: float
 ) -> NDArray[np.float64]:
-    """Convert responses (256,) of a norm over so many pixels to the change of their RMS value.
+    """Convert responses (256,) of a norm over this many pixels to the change of their RMS value.
 
     They are per unit of opacity; the width is the edits' standard deviation in bins.
+
     """
     middle = edit_around(0.5, (0.0, 1.0), width)
     return np.asarray(responses, dtype=np.float64) * per_small_edit(middle) / np.sqrt(3 * pixels)
@@ -76,7 +76,7 @@ def shown_field(
 
 
 def scale_of(field: NDArray[np.floating], least: float = FLOOR) -> float:
-    """Return the value at the end of a field's scale, or the least one."""
+    """Return the end of a field's scale, or the least one."""
     return max(float(np.quantile(np.abs(field), _CLIP_QUANTILE)), least)
 
 
@@ -88,7 +88,7 @@ def color_bar(measure: Shown | Literal["all values"], count: int = 64) -> NDArra
 def overlay(
     image: NDArray[np.floating], field: NDArray[np.floating], scale: float, measure: Shown
 ) -> NDArray[np.float64]:
-    """Colour a field (S, S) by its scale over its image (S, S, 3), which is shown in dim grey."""
+    """Colour a field (S, S) by its scale over its image (S, S, 3) in dim grey."""
     table = _table(measure)
     share = np.clip(np.nan_to_num(field) / scale, -1, 1)
     place = (share + 1) / 2 if measure == "signed" else np.abs(share)
@@ -123,7 +123,7 @@ def spread_blocks(field: NDArray[np.float32], size: int, block: int) -> NDArray[
 @lru_cache(maxsize=4)
 def _table(measure: str) -> NDArray[np.float64]:
     """Colours of a map, shape (256, 3)."""
-    # Imported here: the window starts without it.
+    # Imported here to keep the window's start fast.
     from cmap import Colormap
 
     return np.asarray(Colormap(COLOR_MAPS[measure]).lut(256)[:, :3], dtype=np.float64)
@@ -140,10 +140,10 @@ def overlay_globally(
 ) -> NDArray[np.float64]:
     """Colour a field (S, S) by the scale of all values and make it opaque by its own.
 
-    Section 5.1.2 of the paper colours the field of a selected value by the range over the fields of
-    all values, so that colours compare between selections, and maps the field's own range to
-    opacity, so that where a weak field is strongest can be seen. So full opacity is at `scale`, the
-    end of the selected field's, and the last colour at `whole`, see :func:`global_scale`.
+    Section 5.1.2 of the paper colours a value's field by the range of all values' fields, so that
+    colours are comparable, and maps the field's own range to opacity, so that the strongest place
+    of a weak field is visible. So opacity is full at `scale`, the field's own end, and the last
+    colour is at `whole`, see :func:`global_scale`.
     """
     strength = np.abs(np.nan_to_num(field))
     table = _table("all values")
@@ -160,15 +160,15 @@ def _over_gray(
     return np.asarray(gray * (1 - alpha) + colors * alpha)
 
 
-NEGLIGIBLE = 1e-10  # norm of displayed responses up to which they are rounding
+NEGLIGIBLE = 1e-10  # norm of displayed responses up to which they are rounding errors
 
 
 @dataclass(frozen=True)
 class Agreement:
-    """Likeness of a learned response to the exact one."""
+    """Similarity of a learned response to the exact one."""
 
-    cosine: float  # 1 for one shape
-    strength: float  # the learned one's norm in units of the exact one's
+    cosine: float  # 1 for equal shapes
+    strength: float  # ratio of the learned norm to the exact one
 
 
 def cosine(one: NDArray[np.floating], other: NDArray[np.floating]) -> float:
@@ -179,7 +179,7 @@ def cosine(one: NDArray[np.floating], other: NDArray[np.floating]) -> float:
 
 
 def agreement(learned: NDArray[np.float64], exact: NDArray[np.float64]) -> Agreement | None:
-    """Compare responses in the displayed unit; None where they are but rounding."""
+    """Compare responses in the displayed unit; None if they are only rounding errors."""
     own, true = float(np.linalg.norm(learned)), float(np.linalg.norm(exact))
     if max(own, true) < NEGLIGIBLE:
         return None

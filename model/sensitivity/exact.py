@@ -25,7 +25,7 @@ from model.scene.tf_perturbation import (
 from model.scene.transfer_function import TF_SAMPLES
 from model.sensitivity.display import Measure
 
-MAX_NUMBERS = 1 << 28  # of the largest field: 1024 x 1024 blocks, 2 GiB during summation
+MAX_NUMBERS = 1 << 28  # blocks of the largest field: 1024 x 1024, 2 GiB during summation
 
 
 def region_sensitivity(
@@ -33,9 +33,9 @@ def region_sensitivity(
 ) -> NDArray[np.float32]:
     """Sensitivity (256,) of one region to edits at each scalar value of the TF.
 
-    It is per unit of opacity; 0 for a black region, whose norm has no derivative. With sample
-    distances below one voxel, opacities are clamped to 1 - 1/510, as the derivative diverges at 1.
-    Raises :class:`RenderError` for a region outside the image, or a light without exact derivative.
+    It is per unit of opacity; 0 for a black region, whose norm has no derivative. For samples
+    closer than a voxel, opacities are clamped to 1 - 1/510, as the derivative diverges at 1. Raises
+    :class:`RenderError` for a region outside the image, or a light without exact derivative.
     """
     windows = windows_of(region.mask(Raster.of(size).shape))
     gradient, energy = renderer.differentiate_together(inputs, size, windows)
@@ -51,9 +51,9 @@ def change_norms(
 ) -> NDArray[np.float32]:
     """l2 norm (256,) of a region's change by smooth edits around each value, per unit of opacity.
 
-    Unlike the change of the region's norm, it is above 0 where an edit shows on a black region, and
-    where it brightens some pixels and darkens others. The width is the standard deviation of the
-    edits in bins, 0 for single ones; norms between edits 2/3 of it apart are interpolated.
+    Unlike the change of the region's norm, it is above 0 if an edit is visible on a black region,
+    or brightens some pixels and darkens others. The width is the standard deviation of the edits in
+    bins, 0 for single ones; norms are interpolated between edits 2/3 of it apart.
     """
     bins, edits = spaced_edits(width)
     windows = windows_of(region.mask(Raster.of(size).shape))
@@ -116,7 +116,7 @@ def block_fields(
     if renderer.differentiates_windows:
         slopes = sensitivity_field(renderer, inputs, size, block)
         return response_to_edits(slopes, width)
-    # One image for each edit, instead of light taken back for each block.
+    # One image for each edit, instead of light propagated back for each block.
     image = renderer.render(inputs, size)[..., :3].astype(np.float64)
     edges = block_edges(size, block)
     norms = np.sqrt(block_sums((image**2).sum(axis=-1), edges))

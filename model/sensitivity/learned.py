@@ -1,9 +1,8 @@
 """A generator's sensitivity to the opacity TF (paper, section 5.1 and Eq. 11).
 
-Where in the TF a region reacts is one reverse pass, where in the image an edit shows is one forward
-pass. A field of all blocks and scalar values takes many of either kind, whichever needs fewer: the
-network takes the opacity TF through a latent code, so that as many forward passes as the code has
-numbers are enough.
+A region's sensitivity to the TF is one reverse pass, an edit's effect on the image one forward
+pass. A field of all blocks and values takes many of either kind, whichever are fewer: as the
+network uses a latent code of the TF, one forward pass per number of the code is enough.
 """
 
 from __future__ import annotations
@@ -32,7 +31,7 @@ from model.scene.tf_perturbation import (
 )
 from model.scene.transfer_function import TF_SAMPLES
 
-TOGETHER = 8  # forward passes that are one batch
+TOGETHER = 8  # forward passes in a batch
 
 
 class Sensitivity:
@@ -70,7 +69,7 @@ class Sensitivity:
         return response_to_edits(slopes, self._width)
 
     def change_norms(self, region: ImageRegion) -> NDArray[np.float32]:
-        """Norm (256,) of a region's change, by a forward pass for each of the code's numbers."""
+        """Norm (256,) of a region's change, by a forward pass per number of the code."""
         mask = unpanned(region.mask(self._size), self._view)
         bins, edits = spaced_edits(self._width)
         squares = [
@@ -86,7 +85,7 @@ class Sensitivity:
         return response_to_edits(self._forward_field(edges), self._width)
 
     def blockwise(self, block: int) -> NDArray[np.float32]:
-        """Compute :meth:`field` as the paper does: by one reverse pass for each block."""
+        """Compute :meth:`field` like the paper: by one reverse pass per block."""
         return response_to_edits(self._blockwise_slopes(block), self._width)
 
     def _blockwise_slopes(self, block: int) -> NDArray[np.float32]:
@@ -100,7 +99,7 @@ class Sensitivity:
         return np.stack(slopes).reshape(blocks, blocks, TF_SAMPLES)
 
     def blockwise_change(self, block: int, edit: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Estimate :meth:`change` as the paper does: each block's change of norm, spread evenly."""
+        """Estimate :meth:`change` like the paper: each block's change of norm, spread evenly."""
         edges = block_edges(self._size, block)
         per_block = self._blockwise_slopes(block) @ edit
         sides = np.diff(edges)
@@ -111,8 +110,8 @@ class Sensitivity:
     def change(self, edit: NDArray[np.float32]) -> NDArray[np.float32]:
         """Change (S, S, 3) of the image per unit of an edit (256,) of the opacity TF.
 
-        The first takes a forward pass. The second has all directions differentiated that the code
-        can change in; further edits then take no pass.
+        The first one takes a forward pass. The second one differentiates all directions of the
+        code; further edits then take no pass.
         """
         again, self._is_asked_again = self._is_asked_again, True
         ways = self._changes_of if again else self._changes
@@ -120,13 +119,13 @@ class Sensitivity:
 
     def _changes_of(self, edits: NDArray[np.float32]) -> Iterator[NDArray[np.float32]]:
         """Yield the change (S, S, 3) of the image by each of some edits (N, 256)."""
-        # Whatever an edit changes is a sum of what the directions change.
+        # Any edit's change is a sum of the directions' changes.
         for shares in edits @ self._directions.T:
             yield np.tensordot(shares, self._direction_changes, axes=1)
 
     @cached_property
     def _direction_changes(self) -> NDArray[np.float32]:
-        """Changes (D, S, S, 3) of the image in the directions that a code can change in."""
+        """Changes (D, S, S, 3) of the image in the directions of the code."""
         directions = self._directions
         batches = (directions[i : i + TOGETHER] for i in range(0, len(directions), TOGETHER))
         return np.concatenate([self._changes(batch) for batch in batches])
@@ -142,7 +141,7 @@ class Sensitivity:
         if norm == 0:
             return np.zeros(TF_SAMPLES, dtype=np.float32)
         (slope,) = torch.autograd.grad(half_square, self._opacity, retain_graph=True)
-        # Networks take opacities in [-1, 1]: twice as wide as [0, 1].
+        # Networks take opacities in [-1, 1], twice as wide as [0, 1].
         slopes: NDArray[np.float32] = (2 * slope[0] / norm).float().cpu().numpy()
         return slopes
 
@@ -163,7 +162,7 @@ class Sensitivity:
 
     @cached_property
     def _directions(self) -> NDArray[np.float32]:
-        """Orthonormal rows (D, 256) that span all TF edits which the image can react to."""
+        """Orthonormal rows (D, 256) that span all TF edits that can change the image."""
         encode = self._network.codec.encode
         by_tf = jacobian(encode, self._inputs.opacity_tf)[0, :, 0]  # type: ignore[no-untyped-call]
         basis, _ = np.linalg.qr(by_tf.double().cpu().numpy().T)

@@ -1,4 +1,4 @@
-"""Peaks of curves over scalar values: where a region responds most, and what shows at a place."""
+"""Peaks of curves over scalar values: of a region's response, and of visibility at a place."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from model.scene.default_tf import find_peaks
 from model.scene.transfer_function import TF_SAMPLES, Range
 from model.sensitivity.display import FLOOR, SMALL_EDIT
 
-LEAST_SHARE = 0.05  # prominence of a peak, as a share of the highest value, from which it counts
+LEAST_SHARE = 0.05  # least prominence of a peak, as a share of the highest value
 
 
 @dataclass(frozen=True)
@@ -23,10 +23,10 @@ class Interval:
 
     value: float
     low: float
-    high: float  # where the response is half of the peak's prominence lower
+    high: float  # where the response is lower by half of the peak's prominence
     response: float
     """Change of the region's RMS pixel value by an edit that adds .01 of opacity at its peak;
-    negative where it becomes darker."""
+    negative if it becomes darker."""
 
     def predicted(self, height: float) -> float:
         """Expected change of the region's pixels for a mode of this opacity, to first order."""
@@ -41,8 +41,8 @@ def strongest_intervals(
 ) -> tuple[Interval, ...]:
     """Find the strongest peaks of a region's displayed responses (256,), the strongest first.
 
-    There are none where no edit shows more than rounding. What goes on rising outside the window of
-    values, all by default, has no peak inside.
+    There are none if no edit exceeds rounding errors. A curve that rises on beyond the window of
+    values (default: all) has no peak inside.
     """
     values = np.linspace(*scalar_range, TF_SAMPLES)
     low, high = window or scalar_range
@@ -52,7 +52,7 @@ def strongest_intervals(
     # Values outside the window count as the nearest one inside.
     places = np.clip(np.arange(TF_SAMPLES), inside[0], inside[-1])
     responses = np.nan_to_num(responses)[places]
-    # Zeros at either end make a response that rises up to an end a peak, too.
+    # Zeros at both ends make a maximum at an end a peak, too.
     strength = np.pad(np.abs(responses), 1)
     highest = float(strength.max())
     if highest < FLOOR * SMALL_EDIT:
@@ -66,30 +66,30 @@ def strongest_intervals(
     return tuple(sorted(intervals, key=lambda interval: -abs(interval.response))[:count])
 
 
-SMOOTHING = 3.0  # standard deviation of the smoothing, in bins, so that noise is not many values
+SMOOTHING = 3.0  # standard deviation of the smoothing in bins, so that noise gives no peaks
 NAMED_SHARE = 0.05  # share of the place's visibility from which a value is named
-CORE = 0.2  # part of a peak's height down to which the values around it are said to be of the peak
-LEAST_FLANK = 0.08  # share of what lies beyond, on one side, from which it is named by itself
-TAIL = 0.02  # share of what is visible of some values that is left out at either end of their range
-SAME = 10  # most bins between a value and the one that it was before an edit
+CORE = 0.2  # share of a peak's height down to which the values around it belong to it
+LEAST_FLANK = 0.08  # share of the visibility beyond, on one side, from which it is a separate value
+TAIL = 0.02  # share of some values' visibility that is omitted at either end of their range
+SAME = 10  # most bins that an edit moves a value
 
 
 @dataclass(frozen=True)
 class Contribution:
-    """A scalar value that shows at a place of the image."""
+    """A scalar value that is visible at a place of the image."""
 
     value: float  # in the data's units
     share: float  # its share, with the values around it, of the place's visibility, 0 to 1
-    reach: Range  # lowest and highest of these values, but for a fiftieth at each end
+    reach: Range  # lowest and highest of these values, without a fiftieth at each end
 
 
 def contributions(
     visibility: NDArray[np.floating], scalar_range: Range
 ) -> tuple[Contribution, ...]:
-    """Find the values that contribute most to a place: three at most, the largest share first.
+    """Find the values that contribute most to a place: at most three, the largest share first.
 
-    Each peak of the visibility (256,) counts with the values around it. A long flank, such as a
-    haze of many values before a surface of one, is named by the value in its middle.
+    Each peak of the visibility (256,) includes the values around it. A long flank, such as a haze
+    of many values in front of a surface, is listed by its middle value.
     """
     total = float(visibility.sum())
     if not total > 1e-6:
@@ -123,7 +123,7 @@ def contributions(
 def percentages(found: Sequence[Contribution]) -> tuple[int, ...]:
     """Return shares in whole percent that add up to no more than all.
 
-    Rounding alone could make 101 of them; it is the one that was rounded up most that gives way.
+    If rounding gives 101, the share that was rounded up most is reduced.
     """
     exact = [100 * one.share for one in found]
     whole = [round(share) for share in exact]
@@ -136,7 +136,7 @@ def percentages(found: Sequence[Contribution]) -> tuple[int, ...]:
 def follow(
     before: tuple[Contribution, ...], found: tuple[Contribution, ...], scalar_range: Range
 ) -> tuple[Contribution, ...]:
-    """List the values found now in the order before an edit, with a share of 0 for those gone."""
+    """List the present values in their order before an edit; missing ones have a share of 0."""
     left, listed = list(found), []
     for old in before:
         near = [new for new in left if is_same_value(new.value, old.value, scalar_range)]
@@ -150,7 +150,7 @@ def follow(
 
 
 def is_same_value(one: float, other: float, scalar_range: Range) -> bool:
-    """Whether two values are so near that an edit may have moved the one to the other."""
+    """Whether two values are so close that an edit may have moved one to the other."""
     return abs(one - other) <= SAME * (scalar_range[1] - scalar_range[0]) / (TF_SAMPLES - 1)
 
 
@@ -164,7 +164,7 @@ def _reach(visibility: NDArray[np.floating], values: NDArray[np.float64], part: 
 
 
 def _core(smooth: NDArray[np.float64], peak: int, first: int, last: int) -> tuple[int, int]:
-    """Bins around a peak, from first to before last, where it is not far below its height."""
+    """Bins around a peak down to a share of its height: first and last plus one."""
     low = high = peak
     while low > first and smooth[low - 1] >= CORE * smooth[peak]:
         low -= 1

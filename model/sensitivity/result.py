@@ -1,4 +1,4 @@
-"""A computed sensitivity with all that is needed to read it, and its files of numbers."""
+"""A computed sensitivity with the data to interpret it, and its files."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ NUMBER_SUFFIXES = (".npz", ".csv")
 
 @dataclass(frozen=True, eq=False)
 class SensitivityResult:
-    """The sensitivity of one image, for edits whose 256 opacities add up to 1."""
+    """The sensitivity of one image to edits whose 256 opacities sum to 1."""
 
     kind: Kind
     scalar_range: Range
-    scalar_window: Range  # of interest; the background may be 100 times as sensitive
+    scalar_window: Range  # values of interest; the background may be 100 times as sensitive
     units: str  # unit of the scalars; may be empty
     opacity: NDArray[np.float32]  # of the TF (256,), at even scalar values
     image: NDArray[np.float32]  # shape (S, S, 3)
@@ -37,19 +37,19 @@ class SensitivityResult:
     """Shape (256,) for a region, (rows, columns, 256) for blocks, (S, S, 3) for a value: dI."""
     width: float  # standard deviation of the edits in bins
     measure: Measure
-    source: str  # who computed it, for titles, such as "exact, by the ray caster"
+    source: str  # origin for titles, such as "exact, by the ray caster"
     place: str  # the region or the values, for titles
     pixels: int  # number of the region's or of a block's pixels
     edit: NDArray[np.float32] | None = None  # (256,), that a value's sensitivity is to
     colors: NDArray[np.floating] | None = None  # (256, 3) of the colour TF, for figures
     whole_scale: float | None = None
-    """End of the scale of all values' fields, where a value's field is to be coloured by it; see
+    """End of the scale of all values' fields, to colour a value's field by it; see
     :func:`model.sensitivity.display.global_scale`."""
     scale: ValueScale = "linear"
 
     @property
     def scalar_values(self) -> NDArray[np.float64]:
-        """The 256 scalar values, in the data's own units."""
+        """The 256 scalar values in the data's units."""
         return values_at(np.linspace(*self.scalar_range, TF_SAMPLES), self.scale)
 
     @property

@@ -1,4 +1,4 @@
-"""Effect of an edit on an image, as rendered and as its derivative predicts."""
+"""Effect of an edit on an image: rendered, and predicted by its derivative."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ class WhatIf:
 
     image: NDArray[np.float32]  # with the edit, shape (S, S, 3)
     difference: NDArray[np.float32]  # from the image without it
-    rmse: float  # of the difference, over the region that was asked for
+    rmse: float  # of the difference, over the region
     predicted: float | None = None  # `rmse` to first order; None if unknown
 
 
 def edited(inputs: SceneInputs, edit: NDArray[np.floating], height: float) -> SceneInputs:
-    """Return inputs with an edit (256,) added to the opacity TF, of a height at its highest."""
+    """Return inputs with an edit (256,) of a given height added to the opacity TF."""
     opacity = inputs.opacity_tf.sample().astype(np.float64)
     shape = edit.astype(np.float64) / np.abs(edit).max()
     return with_opacity(inputs, opacity + height * shape)

@@ -19,10 +19,7 @@ from app.window.main_window import MainWindow
 
 @pytest.fixture(autouse=True, scope="module")
 def garbage_of_the_module():
-    """Collect windows that wait in reference cycles while no other thread is there.
-
-    What was there before, all of torch among it, is not looked through each time.
-    """
+    """Collect windows in reference cycles, without the objects that were there before."""
     gc.freeze()
     yield
     gc.collect()

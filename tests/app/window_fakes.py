@@ -42,11 +42,7 @@ _levels = {}
 
 
 def red_of(request):
-    """Level, of 255, of the red that a fake engine's image has everywhere.
-
-    The request's own, or one that grows with each inputs that are drawn, and is one higher in live
-    images.
-    """
+    """Level (0..255) of a fake image's red: the request's own or a counter, one more if live."""
     if isinstance(request, LevelRequest):
         return request.level
     level = _levels.setdefault(request.inputs, DARKEST + len(_levels))
@@ -54,10 +50,7 @@ def red_of(request):
 
 
 class FakeEngine:
-    """Renders images whose red channel tells the request: see :func:`red_of`.
-
-    With a gate it waits in every render until the test opens it.
-    """
+    """Renders images in :func:`red_of`'s colour; with a gate it waits in every render."""
 
     def __init__(self, scene=None, gate=None, description="", draws_codes=False):
         self.scene = scene

@@ -64,10 +64,7 @@ def timed(call):
 
 
 def in_turn(ways, inputs):
-    """For each input yield what each way gives and its seconds; compilation does not count.
-
-    One way follows the other, so what else the machine does falls on all of them.
-    """
+    """For each input yield each way's result and seconds, the ways in turn, without compilation."""
     for way in ways.values():
         way(inputs[0])
     for item in inputs:

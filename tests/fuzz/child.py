@@ -15,10 +15,7 @@ MOST_MEMORY = 4 << 30  # bytes of address space beyond those of the libraries
 
 
 def main(pipe, read):
-    """Read the files whose paths come through a pipe; send outcome and report of each.
-
-    The report of a file that is read is a digest of what must not change unnoticed.
-    """
+    """Read the files whose paths come through a pipe; send outcome and digest of each."""
     for printed in (1, 2):
         os.dup2(os.open(os.devnull, os.O_WRONLY), printed)
     from model.errors import TfscopeError

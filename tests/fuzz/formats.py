@@ -34,10 +34,7 @@ VOXELS = np.random.default_rng(1).integers(0, 4000, (9, 10, 11), dtype=np.uint16
 
 @dataclass(frozen=True)
 class Format:
-    """A kind of file or folder: writes valid examples, and reads one as tfscope does.
-
-    Of a folder, files of any suffix are mutated, or of some.
-    """
+    """A kind of file or folder: writes examples, reads one; files of some suffixes are mutated."""
 
     make: Callable[[Path], list[Path]]
     read: Callable[[Path], str]

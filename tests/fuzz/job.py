@@ -26,11 +26,7 @@ class Outcomes:
 
 
 def fuzz(name, kind, count, seed=0, keep=None, limit_s=20.0):
-    """Read a number of mutated files of a format, the same ones for the same seed.
-
-    Files that fail are kept in a folder, with a report; one that takes longer than
-    the limit hangs.
-    """
+    """Read mutated files of a format, the same ones by seed; keep those that fail or hang."""
     found, child = Outcomes(), None
     with TemporaryDirectory() as folder:
         whole, place = Path(folder, "whole"), Path(folder, "mutated")

@@ -29,15 +29,15 @@ class Whole:
 
 
 @pytest.mark.parametrize(
-    ("content", "told"),
+    ("content", "message"),
     [
         (b"1" * 5000, "digits"), (b"[" * 200_000, "nested too deeply"),
         (b'{"a":' * 200_000, "nested too deeply"), (b'"\xff"', "no text"), (b"{", "Expecting"),
         (b"", "Expecting"),
     ],
 )  # fmt: skip
-def test_what_is_no_json_is_malformed(content, told):
-    with pytest.raises(MalformedError, match=told):
+def test_what_is_no_json_is_malformed(content, message):
+    with pytest.raises(MalformedError, match=message):
         parse_json(content)
 
 
@@ -60,24 +60,19 @@ def test_dataclasses_are_built_from_plain_data():
     assert build(Whole, data) == Whole(Part(1.0), "b", Path("x/y"), (2.0, 3.0))
 
 
-@pytest.mark.parametrize(
-    ("data", "told"),
-    [
-        ([], "Expected object"),
-        ({}, r"'part' \(it is missing"),
-        ({"part": {}}, r"'part.value' \(it is missing"),
-        ({"part": {"value": "1"}}, r"'part.value' \(Expected float, got str"),
-        ({"part": {"value": 10**400}}, "out of range"),
-        ({"part": {"value": True}}, "bool"),
-        ({"part": {"value": 1}, "kind": "c"}, "'kind'"),
-        ({"part": {"value": 1}, "place": 3}, "'place'"),
-        ({"part": {"value": 1}, "pair": [1]}, "'pair'"),
-        ({"part": {"value": 1}, "count": 1.5}, "'count'"),
-        ({"part": {"value": 1}, "kind": "\udce9"}, "valid Unicode"),
-    ],
-)
-def test_wrong_data_is_named(data, told):
-    with pytest.raises(MalformedError, match=told):
+@pytest.mark.parametrize(("data", "message"), [
+    ([], "Expected object"), ({}, r"'part' \(it is missing"),
+    ({"part": {}}, r"'part.value' \(it is missing"),
+    ({"part": {"value": "1"}}, r"'part.value' \(Expected float, got str"),
+    ({"part": {"value": 10**400}}, "out of range"), ({"part": {"value": True}}, "bool"),
+    ({"part": {"value": 1}, "kind": "c"}, "'kind'"),
+    ({"part": {"value": 1}, "place": 3}, "'place'"),
+    ({"part": {"value": 1}, "pair": [1]}, "'pair'"),
+    ({"part": {"value": 1}, "count": 1.5}, "'count'"),
+    ({"part": {"value": 1}, "kind": "\udce9"}, "valid Unicode"),
+])  # fmt: skip
+def test_wrong_data_is_named(data, message):
+    with pytest.raises(MalformedError, match=message):
         build(Whole, data)
 
 

@@ -45,10 +45,7 @@ def side_by_side(image):
 
 
 def check(name, drawn, tolerance, label):
-    """Compare a picture with the stored one; fail with both, and their difference, in a folder.
-
-    The label, for the folder, says who drew it.
-    """
+    """Compare a picture with the stored one; on failure save both and their difference."""
     expected = np.asarray(iio.imread(STORED / f"{name}.png"))
     assert drawn.shape == expected.shape, f"{name}: {drawn.shape} instead of {expected.shape}"
     difference = abs(drawn.astype(np.float64) - expected) / 255

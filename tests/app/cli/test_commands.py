@@ -360,17 +360,14 @@ def test_files_are_opened_by_what_they_are(opened, arguments, start):
     assert opened == [start]
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ("rendr", "'rendr' is neither a command (dataset, desktop-entry,"),
-        ("none.nrrd", "nor an existing file or folder"),
-        ("notes.txt", "notes.txt: this is a table or text, which is not read here"),
-        (f"{VOLUME} {VOLUME}", "cannot both be opened by --volume"),
-        (f"{VOLUME} render --out x.png", "Options before 'render' are the window's"),
-        ("--model scan", "there is no model here"),
-    ],
-)
+@pytest.mark.parametrize(("arguments", "message"), [
+    ("rendr", "'rendr' is neither a command (dataset, desktop-entry,"),
+    ("none.nrrd", "nor an existing file or folder"),
+    ("notes.txt", "notes.txt: this is a table or text, which is not read here"),
+    (f"{VOLUME} {VOLUME}", "cannot both be opened by --volume"),
+    (f"{VOLUME} render --out x.png", "Options before 'render' are the window's"),
+    ("--model scan", "there is no model here"),
+])  # fmt: skip
 def test_what_cannot_be_opened_is_refused_in_a_line(opened, capsys, arguments, message):
     assert run(arguments.split()) == 2
     [line] = capsys.readouterr().err.splitlines()

@@ -33,15 +33,12 @@ def test_all_that_is_known_as_data(capsys):
     ]
 
 
-@pytest.mark.parametrize(
-    ("file", "option", "value"),
-    [
-        ("tiff/imagej_2channels.tif", "--channel", "1"),
-        ("vtk/b_cells_and_ids.vti", "--array", "vtkOriginalPointIds"),
-        ("dicom/interleaved_acquisitions", "--series", "1"),
-        ("folder/two_channels", "--series", "fused_ch01_z*.tif"),
-    ],
-)
+@pytest.mark.parametrize(("file", "option", "value"), [
+    ("tiff/imagej_2channels.tif", "--channel", "1"),
+    ("vtk/b_cells_and_ids.vti", "--array", "vtkOriginalPointIds"),
+    ("dicom/interleaved_acquisitions", "--series", "1"),
+    ("folder/two_channels", "--series", "fused_ch01_z*.tif"),
+])  # fmt: skip
 def test_others_are_chosen(file, option, value, capsys):
     first = facts(capsys, str(CASES / file))["contents"]
     second = facts(capsys, str(CASES / file), option, value)["contents"]

@@ -124,15 +124,12 @@ def test_samples_lie_on_the_scale(scales):
     assert scene.scalar_window == pytest.approx((-1, 2))
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ("render --out x.png --volume halo.npy --scale log --range 0,5", "above zero"),
-        ("render --out x.png --volume halo.npy --scale linear --tf log.json", "the logarithm"),
-        ("render --out x.png --volume negative.npy --scale log", "no value is above zero"),
-        ("sensitivity --out x.npz --volume halo.npy --scale log --value -1", "outside the volume"),
-    ],
-)
+@pytest.mark.parametrize(("arguments", "message"), [
+    ("render --out x.png --volume halo.npy --scale log --range 0,5", "above zero"),
+    ("render --out x.png --volume halo.npy --scale linear --tf log.json", "the logarithm"),
+    ("render --out x.png --volume negative.npy --scale log", "no value is above zero"),
+    ("sensitivity --out x.npz --volume halo.npy --scale log --value -1", "outside the volume"),
+])  # fmt: skip
 def test_scales_that_make_no_sense(arguments, message, scales, monkeypatch, capsys):
     monkeypatch.chdir(scales)
     np.save("negative.npy", -np.arange(1, 65, dtype=np.float32).reshape(4, 4, 4))

@@ -91,13 +91,10 @@ def test_engines_of_settings_are_closed_after_what_waits(qtbot):
     worker.join()
 
 
-@pytest.mark.parametrize(
-    ("error", "sentence"),
-    [
-        (RenderError("VTK finds no OpenGL."), "VTK finds no OpenGL."),
-        (ValueError("odd shape"), "Unexpected ValueError: odd shape"),
-    ],
-)
+@pytest.mark.parametrize(("error", "sentence"), [
+    (RenderError("VTK finds no OpenGL."), "VTK finds no OpenGL."),
+    (ValueError("odd shape"), "Unexpected ValueError: odd shape"),
+])  # fmt: skip
 def test_an_error_is_data_and_the_worker_goes_on(qtbot, error, sentence):
     harness = Harness(qtbot, FakeEngine())
     harness.engine.error = error
@@ -233,7 +230,7 @@ def test_what_is_replaced_or_called_off_or_of_a_closed_window_is_given_up(qtbot,
     assert [r.request.sequence for r in harness.results] == ([] if end == "closed" else [2])
 
 
-class Told:
+class Spy:
     """A client, the states that it went through, and its results."""
 
     def __init__(self):
@@ -247,73 +244,76 @@ class Told:
 
 
 @pytest.fixture
-def told(qtbot):
-    told = Told()
-    yield told
-    told.client.stop()
-    told.client.join()
+def spy(qtbot):
+    spy = Spy()
+    yield spy
+    spy.client.stop()
+    spy.client.join()
 
 
-def test_an_engine_draws_before_it_answers(qtbot, told):
+def test_an_engine_draws_before_it_answers(qtbot, spy):
     may_load = threading.Event()
 
     def build():
         assert may_load.wait(PATIENCE_S)
         return FakeEngine()
 
-    told.client.start(build, "Loading …")
+    spy.client.start(build, "Loading …")
     question = requests.VisibilityRequest(
         make_request(1).inputs, make_request(1).quality, (Region(0, 0, 4, 4),)
     )
-    told.seen.ask(question)
-    told.client.submit(make_request(2))
-    assert told.states == [EngineState.LOADING]
-    with qtbot.waitSignals([told.client.images.answered, told.seen.answered]):
+    spy.seen.ask(question)
+    spy.client.submit(make_request(2))
+    assert spy.states == [EngineState.LOADING]
+    with qtbot.waitSignals([spy.client.images.answered, spy.seen.answered]):
         may_load.set()
-    assert [result.request.channel for result in told.results] == [requests.IMAGES, "visibility"]
+    assert [result.request.channel for result in spy.results] == [
+        requests.IMAGES,
+        "visibility",
+    ]
 
 
-def test_ever_better_images_are_awaited_until_the_last(qtbot, told):
-    told.client.start(lambda: RefiningEngine([3, 6, 9]), "Loading …")
+def test_ever_better_images_are_awaited_until_the_last(qtbot, spy):
+    spy.client.start(lambda: RefiningEngine([3, 6, 9]), "Loading …")
     pending = []
-    told.client.images.answered.connect(lambda _: pending.append(told.client.images.is_pending))
-    act_until(qtbot, told.client.settled, told.client.images.ask, make_request(1))
+    spy.client.images.answered.connect(lambda _: pending.append(spy.client.images.is_pending))
+    act_until(qtbot, spy.client.settled, spy.client.images.ask, make_request(1))
     assert pending == [True, True, False]
-    assert told.states == [EngineState.LOADING, EngineState.WORKING, EngineState.SETTLED]
+    assert spy.states == [EngineState.LOADING, EngineState.WORKING, EngineState.SETTLED]
 
 
-def test_errors_are_a_state_with_its_sentence_until_the_next_image(qtbot, told):
+def test_errors_are_a_state_with_its_sentence_until_the_next_image(qtbot, spy):
     engine = FakeEngine()
     engine.error = RenderError("The memory is full.")
-    told.client.start(lambda: engine, "Loading …")
-    act_until(qtbot, told.client.settled, told.client.submit, make_request(1))
-    assert told.client.error == "The memory is full."
+    spy.client.start(lambda: engine, "Loading …")
+    act_until(qtbot, spy.client.settled, spy.client.submit, make_request(1))
+    assert spy.client.error == "The memory is full."
     engine.error = None
-    act_until(qtbot, told.client.settled, told.client.submit, make_request(2))
-    assert told.client.error is None
-    assert told.states[-3:] == [EngineState.FAILED, EngineState.WORKING, EngineState.SETTLED]
+    act_until(qtbot, spy.client.settled, spy.client.submit, make_request(2))
+    assert spy.client.error is None
+    assert spy.states[-3:] == [EngineState.FAILED, EngineState.WORKING, EngineState.SETTLED]
 
     def fail():
         raise CheckpointError("model: the folder is missing.")
 
-    act_until(qtbot, told.client.settled, told.client.start, fail, "Loading …")
-    told.client.submit(make_request(3))
-    assert told.client.error == "model: the folder is missing."
+    act_until(qtbot, spy.client.settled, spy.client.start, fail, "Loading …")
+    spy.client.submit(make_request(3))
+    assert spy.client.error == "model: the folder is missing."
 
 
-def test_an_older_images_error_says_nothing_about_the_newest(qtbot, told):
+def test_an_older_images_error_says_nothing_about_the_newest(qtbot, spy):
     gate = threading.Semaphore(0)
     engine = FakeEngine(gate=gate)
-    act_until(qtbot, told.client.engineReady, told.client.start, lambda: engine, "Loading …")
+    act_until(qtbot, spy.client.engineReady, spy.client.start, lambda: engine, "Loading …")
     engine.error = RenderError("Too coarse.")
-    told.client.submit(make_request(1, live=True))
+    spy.client.submit(make_request(1, live=True))
     assert engine.started.acquire(timeout=PATIENCE_S)
-    told.client.submit(make_request(2))
+    spy.client.submit(make_request(2))
     gate.release()
     assert engine.started.acquire(timeout=PATIENCE_S)
     engine.error = None
-    act_until(qtbot, told.client.settled, gate.release)
-    assert EngineState.FAILED not in told.states
+    act_until(qtbot, spy.client.settled, gate.release)
+    assert EngineState.FAILED not in spy.states
 
 
 class Asking:

@@ -223,21 +223,17 @@ def image(qtbot, state):
     state.finish_view()
 
 
-@pytest.mark.parametrize(
-    ("key", "keys", "expected"),
-    [
-        (Qt.Key.Key_Right, PLAIN, View(25.0, 15.0, 0.0, 0.8)),
-        (Qt.Key.Key_Left, SHIFT, View(31.0, 15.0, 0.0, 0.8)),
-        (Qt.Key.Key_Down, SHIFT, View(30.0, 16.0, 0.0, 0.8)),
-        (Qt.Key.Key_Right, CONTROL, View(30.0, 15.0, 0.0, 0.8, 0.1, 0.0)),
-        (Qt.Key.Key_Down, CONTROL | SHIFT, View(30.0, 15.0, 0.0, 0.8, 0.0, -0.02)),
-        (Qt.Key.Key_PageDown, PLAIN, View(30.0, 15.0, 5.0, 0.8)),
-        (Qt.Key.Key_Plus, SHIFT, gestures.zoom(HOME_VIEW, 1)),
-        (Qt.Key.Key_Minus, Qt.KeyboardModifier.KeypadModifier, gestures.zoom(HOME_VIEW, -1)),
-        (Qt.Key.Key_Left, Qt.KeyboardModifier.AltModifier, HOME_VIEW),
-        (Qt.Key.Key_R, PLAIN, HOME_VIEW),
-    ],
-)
+@pytest.mark.parametrize(("key", "keys", "expected"), [
+    (Qt.Key.Key_Right, PLAIN, View(25.0, 15.0, 0.0, 0.8)),
+    (Qt.Key.Key_Left, SHIFT, View(31.0, 15.0, 0.0, 0.8)),
+    (Qt.Key.Key_Down, SHIFT, View(30.0, 16.0, 0.0, 0.8)),
+    (Qt.Key.Key_Right, CONTROL, View(30.0, 15.0, 0.0, 0.8, 0.1, 0.0)),
+    (Qt.Key.Key_Down, CONTROL | SHIFT, View(30.0, 15.0, 0.0, 0.8, 0.0, -0.02)),
+    (Qt.Key.Key_PageDown, PLAIN, View(30.0, 15.0, 5.0, 0.8)),
+    (Qt.Key.Key_Plus, SHIFT, gestures.zoom(HOME_VIEW, 1)),
+    (Qt.Key.Key_Minus, Qt.KeyboardModifier.KeypadModifier, gestures.zoom(HOME_VIEW, -1)),
+    (Qt.Key.Key_Left, Qt.KeyboardModifier.AltModifier, HOME_VIEW), (Qt.Key.Key_R, PLAIN, HOME_VIEW),
+])  # fmt: skip
 def test_keys(state, image, key, keys, expected):
     QTest.keyClick(image, key, keys)
     got, want = vars(state.view), vars(expected)

@@ -75,10 +75,7 @@ class Asking:
         return self.now - began
 
     def drag(self, seconds, picture):
-        """Turn the view, and return the answers' share and the greatest age of one that is shown.
-
-        Before the questions the same engine draws a picture, for so many seconds.
-        """
+        """Turn the view; return the answers' share and the greatest age of a shown one."""
         began, spent, ages = self.now, 0.0, [0.0]
         while self.now < began + seconds:
             self.turn()

@@ -66,16 +66,12 @@ def test_a_volume_that_moved_with_the_session_is_found(tmp_path):
     assert Session.load(after / "a.tfscope").volume == before / "data" / "ball.nrrd"
 
 
-@pytest.mark.parametrize(
-    ("change", "words"),
-    [
-        ({"tfscope_session": 3}, "newer tfscope"),
-        ({"tfscope_session": "1"}, "does not hold a session"),
-        ({"volume": "ball.nrrd"}, "Expected object"),
-        ({"volume": {"path": 3}}, "'path'"),
-        ({"model": []}, "Expected object"),
-    ],
-)
+@pytest.mark.parametrize(("change", "words"), [
+    ({"tfscope_session": 3}, "newer tfscope"),
+    ({"tfscope_session": "1"}, "does not hold a session"),
+    ({"volume": "ball.nrrd"}, "Expected object"), ({"volume": {"path": 3}}, "'path'"),
+    ({"model": []}, "Expected object"),
+])  # fmt: skip
 def test_what_is_no_session_is_refused(tmp_path, change, words):
     path = tmp_path / "a.tfscope"
     make_session(tmp_path).save(path)

@@ -168,14 +168,11 @@ def test_ticks_say_the_value_at_their_place(scalar_range):
         assert float(text) == pytest.approx(lo + place * (hi - lo), abs=1e-3 * (hi - lo))
 
 
-@pytest.mark.parametrize(
-    ("full", "numbers", "texts"),
-    [
-        ((-0.54, 5.5), {}, ["0", "1", "2", "3", "4", "5"]),
-        ((-0.54, 2.5), {0: 0, 1: 17, 2: 2035}, ["0", "17", "2035"]),
-        ((-1.2, 100.3), {}, ["−1", "0", "20", "40", "60", "80", "100"]),
-    ],
-)
+@pytest.mark.parametrize(("full", "numbers", "texts"), [
+    ((-0.54, 5.5), {}, ["0", "1", "2", "3", "4", "5"]),
+    ((-0.54, 2.5), {0: 0, 1: 17, 2: 2035}, ["0", "17", "2035"]),
+    ((-1.2, 100.3), {}, ["−1", "0", "20", "40", "60", "80", "100"]),
+])  # fmt: skip
 def test_an_axis_of_labels_has_whole_numbers_and_ends_at_labels(full, numbers, texts):
     assert [text for _, text in ScalarAxis.over(full, numbers=numbers).marks()] == texts
 

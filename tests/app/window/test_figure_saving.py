@@ -219,7 +219,7 @@ def test_a_turntable_is_a_full_turn_of_the_size_length_and_rate_asked_for(
     assert {path.name for path in tmp_path.iterdir()} == {"turn.mp4", "turn.gif"}
 
 
-def test_what_cannot_be_drawn_or_written_is_told_and_leaves_no_file(
+def test_what_cannot_be_drawn_or_written_is_reported_and_leaves_no_file(
     qtbot, turning, builders, tmp_path, monkeypatch
 ):
     window = turning

@@ -49,7 +49,7 @@ def draw_slowly(self, request, watch=UNWATCHED):
     return np.full((pixels.height, pixels.width, 4), 0.5, np.float32)
 
 
-def test_a_light_that_goes_out_is_told_and_offered(qtbot, make_window, builders, monkeypatch):
+def test_a_light_that_goes_out_is_reported_and_offered(qtbot, make_window, builders, monkeypatch):
     monkeypatch.setattr(FakeEngine, "image", draw_slowly)
     # Of the pixels of a first image, however large the pane.
     monkeypatch.setattr(reference_choices, "SLOW_S", {"direct": 0.01, "soft": 1e-9})

@@ -86,7 +86,7 @@ def test_all_comes_back(qtbot, start_again, builders, volume, tmp_path):
     assert window.preferences.recent("sessions") == [path]
 
 
-def test_what_is_not_as_it_was_is_told(qtbot, start_again, builders, volume, tmp_path, monkeypatch):
+def test_differences_are_reported(qtbot, start_again, builders, volume, tmp_path, monkeypatch):
     # A light that is not there.
     window, path = start_again(volume), tmp_path / "a.tfscope"
     window.workspace.reference.choose(lighting="direct")

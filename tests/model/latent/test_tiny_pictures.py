@@ -28,15 +28,10 @@ def seen(view, crop=None):
 OBLIQUE = View(31, -64, 20, 0.5)
 
 
-@pytest.mark.parametrize(
-    ("view", "crop"),
-    [
-        (View(), None),
-        (View(90, 0, 0, 1), None),
-        (OBLIQUE, None),
-        (OBLIQUE, CropBox((0.1, 0.0, 0.2), (0.6, 0.9, 1.0))),
-    ],
-)
+@pytest.mark.parametrize(("view", "crop"), [
+    (View(), None), (View(90, 0, 0, 1), None), (OBLIQUE, None),
+    (OBLIQUE, CropBox((0.1, 0.0, 0.2), (0.6, 0.9, 1.0))),
+])  # fmt: skip
 def test_mean_opacities_are_those_of_the_ray_caster(volume, view, crop):
     inputs, tfs = seen(view, crop), draw_opacity_tfs(Scene.of(volume, 16), 0, 0, 20)
     means = overview_of(volume, inputs, tfs, 16, 0.1).opacity

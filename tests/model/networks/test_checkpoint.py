@@ -82,17 +82,12 @@ def test_a_folder_without_a_model(tmp_path):
 SMALLER = {"width": 0.125, "opacity_size": 16, "image_size": 32, "latent_dim": 8}
 
 
-@pytest.mark.parametrize(
-    ("changes", "words"),
-    [
-        ({"weights": "../../etc/passwd"}, "are missing"),
-        ({"tfscope_model": 99}, "format 99.* train the model anew"),
-        ({"scene": {}}, "malformed"),
-        ({"size": {"width": -1}}, "malformed"),
-        ({"training": 5}, "malformed"),
-        ({"size": SMALLER}, "draws 32 pixels but the scene has 64"),
-    ],
-)
+@pytest.mark.parametrize(("changes", "words"), [
+    ({"weights": "../../etc/passwd"}, "are missing"),
+    ({"tfscope_model": 99}, "format 99.* train the model anew"), ({"scene": {}}, "malformed"),
+    ({"size": {"width": -1}}, "malformed"), ({"training": 5}, "malformed"),
+    ({"size": SMALLER}, "draws 32 pixels but the scene has 64"),
+])  # fmt: skip
 def test_a_description_that_cannot_be_is_refused(folder, changes, words):
     edit(folder, **changes)
     with pytest.raises(CheckpointError, match=words):
@@ -185,16 +180,12 @@ def test_the_worst_kind_is_named_first():
     )
 
 
-@pytest.mark.parametrize(
-    "metrics",
-    [
-        {},
-        {"holdout": 3, "kinds": []},
-        {"holdout": {"rmse": "small"}, "kinds": {"modes": 0.1, "step": {"rmse": None}}},
-        {"holdout": {"rmse": float("nan")}, "kinds": {"modes": {"rmse": float("inf")}}},
-        {"holdout": {"rmse": True}},
-    ],
-)
+@pytest.mark.parametrize("metrics", [
+    {}, {"holdout": 3, "kinds": []},
+    {"holdout": {"rmse": "small"}, "kinds": {"modes": 0.1, "step": {"rmse": None}}},
+    {"holdout": {"rmse": float("nan")}, "kinds": {"modes": {"rmse": float("inf")}}},
+    {"holdout": {"rmse": True}},
+])  # fmt: skip
 def test_a_card_without_figures_says_nothing(metrics):
     assert errors_by_kind(metrics) == {}
     assert error_text(metrics) == ""
@@ -258,7 +249,7 @@ def test_a_file_holds_network_and_card(tmp_path):
 
 
 @pytest.mark.parametrize("damage", ["missing", "empty", "cut", "foreign", "wider", "nan"])
-def test_a_file_that_is_no_network_is_told(tmp_path, damage):
+def test_a_file_that_is_no_network_is_reported(tmp_path, damage):
     path = tmp_path / "network.safetensors"
     network = lively_light()
     if damage == "nan":

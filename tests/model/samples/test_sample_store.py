@@ -192,7 +192,7 @@ def test_pairs_are_drawn_once_and_alike(tmp_path):
     assert len(list(write_pairs(tmp_path / "a", [volume], 2, seed=3, many=16))) == 1
 
 
-def test_damaged_and_missing_pairs_are_told(tmp_path):
+def test_damaged_and_missing_pairs_are_reported(tmp_path):
     with pytest.raises(DatasetError, match="light pairs"):
         read_pairs(tmp_path)
     (tmp_path / "a-0-0000.npz").write_bytes(b"PK\x03\x04 no archive")

@@ -111,18 +111,15 @@ def test_a_scene_takes_the_up_axis_and_a_window_from_its_volume():
 WINDOWED = Scene.of(make_volume(), image_size=16, scalar_window=(120.0, 180.0))
 
 
-@pytest.mark.parametrize(
-    ("view", "modes", "said"),
-    [
-        (View(azimuth=300.0, elevation=80.0, roll=-10.0, distance=0.4), (120.0, 180.0), ()),
-        (View(elevation=-85.0), (130.0, 170.0), ("elevation -85°",)),
-        (View(roll=11.0), (130.0, 170.0), ("roll 11°",)),
-        (View(distance=0.3), (130.0, 170.0), ("distance 0.30",)),
-        (View(distance=1.2), (130.0, 170.0), ("distance 1.20",)),
-        (View(), (110.0, 190.0, 150.0), ("2 modes",)),
-        (View(elevation=90.0, roll=20.0), (100.0,), ("elevation", "roll", "a mode")),
-    ],
-)
+@pytest.mark.parametrize(("view", "modes", "said"), [
+    (View(azimuth=300.0, elevation=80.0, roll=-10.0, distance=0.4), (120.0, 180.0), ()),
+    (View(elevation=-85.0), (130.0, 170.0), ("elevation -85°",)),
+    (View(roll=11.0), (130.0, 170.0), ("roll 11°",)),
+    (View(distance=0.3), (130.0, 170.0), ("distance 0.30",)),
+    (View(distance=1.2), (130.0, 170.0), ("distance 1.20",)),
+    (View(), (110.0, 190.0, 150.0), ("2 modes",)),
+    (View(elevation=90.0, roll=20.0), (100.0,), ("elevation", "roll", "a mode")),
+])  # fmt: skip
 def test_what_lies_outside_is_named_in_one_line(view, modes, said):
     opacity, color = make_tf(*modes).opacity, make_tf().color
     text = outside_range(SceneInputs(view, opacity, color), WINDOWED)
@@ -194,7 +191,7 @@ def test_views_of_a_scene_stand_upright(up):
     assert outside_range(SceneInputs.of(home, make_tf()), wide) == ""
 
 
-def test_a_view_that_is_upside_down_is_told_with_the_axis():
+def test_a_view_that_is_upside_down_is_reported_with_the_axis():
     scene = Scene.of(make_volume(), 16, up="-z")
     text = outside_range(SceneInputs.of(View(30, 20), make_tf()), scene)
     assert "roll 180° (±10° with −z up)" in text.replace("roll -180", "roll 180")

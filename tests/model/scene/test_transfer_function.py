@@ -53,21 +53,18 @@ def test_samples_include_both_ends():
     np.testing.assert_allclose(tf([0.0, 3.0, 5.0, 9.0]), [0.1, 0.3, 0.55, 0.2])
 
 
-@pytest.mark.parametrize(
-    ("build", "message"),
-    [
-        (lambda: GaussianMode(0.0, 0.0, 0.5), "width"),
-        (lambda: GaussianMode(0.0, float("nan"), 0.5), "width"),
-        (lambda: GaussianMode(float("inf"), 1.0, 0.5), "mean"),
-        (lambda: GaussianMode(0.0, 1.0, 1.5), "amplitude"),
-        (lambda: OpacityTF((1.0, 1.0)), "not increasing"),
-        (lambda: OpacityTF((0.0, 1.0), points=((0.5, 0.0), (0.1, 1.0))), "sorted"),
-        (lambda: OpacityTF((0.0, 1.0), points=((0.5, -0.1),)), "outside 0 to 1"),
-        (lambda: OpacityTF((0.0, 1.0), (GaussianMode(0, 1, 1),), ((0.0, 0.0),)), "either"),
-        (lambda: ColorTF((0.0, 1.0), ()), "at least one stop"),
-        (lambda: ColorTF((0.0, 1.0), ((0.0, 2.0, 0.0, 0.0),)), "outside 0 to 1"),
-    ],
-)
+@pytest.mark.parametrize(("build", "message"), [
+    (lambda: GaussianMode(0.0, 0.0, 0.5), "width"),
+    (lambda: GaussianMode(0.0, float("nan"), 0.5), "width"),
+    (lambda: GaussianMode(float("inf"), 1.0, 0.5), "mean"),
+    (lambda: GaussianMode(0.0, 1.0, 1.5), "amplitude"),
+    (lambda: OpacityTF((1.0, 1.0)), "not increasing"),
+    (lambda: OpacityTF((0.0, 1.0), points=((0.5, 0.0), (0.1, 1.0))), "sorted"),
+    (lambda: OpacityTF((0.0, 1.0), points=((0.5, -0.1),)), "outside 0 to 1"),
+    (lambda: OpacityTF((0.0, 1.0), (GaussianMode(0, 1, 1),), ((0.0, 0.0),)), "either"),
+    (lambda: ColorTF((0.0, 1.0), ()), "at least one stop"),
+    (lambda: ColorTF((0.0, 1.0), ((0.0, 2.0, 0.0, 0.0),)), "outside 0 to 1"),
+])  # fmt: skip
 def test_invalid_functions_get_one_sentence(build, message):
     with pytest.raises(TransferFunctionError, match=message):
         build()

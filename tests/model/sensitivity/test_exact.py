@@ -1,8 +1,4 @@
-"""Exact derivatives against the complex-step derivative of the 64-bit reference: one table.
-
-Of each light, TF and step: the change of every pixel, a region's sensitivity, and the norm of its
-change.
-"""
+"""Exact derivatives against the complex-step derivative of the 64-bit reference: one table."""
 
 from dataclasses import replace
 

@@ -67,7 +67,7 @@ def test_a_stopped_training_goes_on(tmp_path, monkeypatch):
     assert (trainer.steps, again.steps) == (4, 6)
 
 
-def test_a_checkpoint_of_another_network_is_told(tmp_path):
+def test_a_checkpoint_of_another_network_is_reported(tmp_path):
     torch.save({"network": {}}, tmp_path / "a.training")
     with pytest.raises(TrainingError, match="delete it"):
         make().resume(tmp_path / "a.training")

@@ -252,18 +252,14 @@ FULL = TrainingJob(
 )
 
 
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        ({"minutes": None}, "minutes or in samples"),
-        ({"minutes": -1.0}, "not positive"),
-        ({"settings": ("nonsense=1",)}, "no 'nonsense'"),
-        ({"lighting": "none"}, "no light that could be moved"),
-        ({"start": Path("runs/a")}, "write over the model"),
-        ({"faithful": True}, "networks that look colours up"),
-        ({"store": Path("s.zarr")}, "lighting and movable light and window and reuse"),
-    ],
-)
+@pytest.mark.parametrize(("change", "message"), [
+    ({"minutes": None}, "minutes or in samples"), ({"minutes": -1.0}, "not positive"),
+    ({"settings": ("nonsense=1",)}, "no 'nonsense'"),
+    ({"lighting": "none"}, "no light that could be moved"),
+    ({"start": Path("runs/a")}, "write over the model"),
+    ({"faithful": True}, "networks that look colours up"),
+    ({"store": Path("s.zarr")}, "lighting and movable light and window and reuse"),
+])  # fmt: skip
 def test_jobs_that_make_no_sense_are_refused(change, message):
     with pytest.raises(TrainingError, match=message):
         replace(FULL, **change)

@@ -91,7 +91,7 @@ def test_batches_do_not_depend_on_processes(volume, raycast):
 
 
 @pytest.mark.slow
-def test_a_rendering_process_that_is_gone_is_told(volume, raycast):
+def test_a_rendering_process_that_is_gone_is_reported(volume, raycast):
     with stream(volume, raycast, threads=1, reuse=1.0, processes=True) as source:
         batches = source.batches(0, 16, 3, 0)
         next(batches)

@@ -28,10 +28,7 @@ SLICE = Path(__file__).parent / "cases" / "folder" / "gap" / "s0001.tif"
 
 
 def refusal(path, **options):
-    """Message of the error that reading must raise, one sentence that names the file.
-
-    The settings that it suggests follow it.
-    """
+    """The one sentence with the file's name that reading must raise, and suggested settings."""
     with pytest.raises(VolumeError) as caught:
         read_volume(path, **options)
     message = str(caught.value)
@@ -392,13 +389,10 @@ def test_bad_dicom(tmp_path, case):
 # --- options ------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("shape", "component", "text"),
-    [
-        ((4, 5, 6, 3), "3", "no component 3; choose 0 to 2"),
-        ((4, 5, 6), "1", "the volume has one, number 0"),
-    ],
-)
+@pytest.mark.parametrize(("shape", "component", "text"), [
+    ((4, 5, 6, 3), "3", "no component 3; choose 0 to 2"),
+    ((4, 5, 6), "1", "the volume has one, number 0"),
+])  # fmt: skip
 def test_component_that_is_not_there(tmp_path, shape, component, text):
     array = voxels("float32", shape)
     path = files.write_itk(tmp_path / "a.mha", array, vector=len(shape) > 3)

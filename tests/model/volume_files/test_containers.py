@@ -1,7 +1,4 @@
-"""Files of climate, microscopy and simulation as their programs write them, case by case.
-
-Voxels are 1 + i + 30 j + 600 k along the true x, y and z, so that exchanged and reversed axes show.
-"""
+"""Files of climate, microscopy, simulation by program; voxels are 1 + i + 30 j + 600 k."""
 
 import gzip
 import json
@@ -149,14 +146,11 @@ def test_arrays_of_objects_and_flat_ones(tmp_path):
     refused(tmp_path / "b.npy", r"none of its arrays is a volume.*b \(7 x 5, float64\)")
 
 
-@pytest.mark.parametrize(
-    ("make", "word"),
-    [
-        (lambda f: f.create_dataset("d", data=np.zeros((3, 3, 3), "f4,i4")), "records"),
-        (lambda f: f.create_dataset("d", data="text"), "no numbers"),
-        (lambda f: f.__setitem__("d", h5py.ExternalLink("other.h5", "x")), "link to another file"),
-    ],
-)
+@pytest.mark.parametrize(("make", "word"), [
+    (lambda f: f.create_dataset("d", data=np.zeros((3, 3, 3), "f4,i4")), "records"),
+    (lambda f: f.create_dataset("d", data="text"), "no numbers"),
+    (lambda f: f.__setitem__("d", h5py.ExternalLink("other.h5", "x")), "link to another file"),
+])  # fmt: skip
 def test_hdf5_says_what_it_holds_instead_of_an_array(tmp_path, make, word):
     with h5py.File(tmp_path / "a.h5", "w") as file:
         make(file)
@@ -471,16 +465,13 @@ def test_unsigned_bytes_of_an_mrc(tmp_path, how):
     check(read_volume(path), BYTES.view("i1") if how == "signed stamp" else BYTES)
 
 
-@pytest.mark.parametrize(
-    ("typed", "z", "stretch", "said"),
-    [
-        ({}, 27 / 11, 27 / 5500, "100% of its width"),
-        ({"stretch": "0.01"}, 5, 0.01, "0.01 times as long as its spacing says, as you typed"),
-        ({"stretch": "1"}, 500, 1, "214 times as long as it is wide"),
-        ({"spacing": "1,1,3"}, 3, 1, "the file has 1 x 1 x 500"),
-        ({"spacing": "1,1,3", "stretch": "2"}, 6, 2, "2 times as long"),
-    ],
-)
+@pytest.mark.parametrize(("typed", "z", "stretch", "said"), [
+    ({}, 27 / 11, 27 / 5500, "100% of its width"),
+    ({"stretch": "0.01"}, 5, 0.01, "0.01 times as long as its spacing says, as you typed"),
+    ({"stretch": "1"}, 500, 1, "214 times as long as it is wide"),
+    ({"spacing": "1,1,3"}, 3, 1, "the file has 1 x 1 x 500"),
+    ({"spacing": "1,1,3", "stretch": "2"}, 6, 2, "2 times as long"),
+])  # fmt: skip
 def test_z_is_stretched_as_is_typed(tmp_path, typed, z, stretch, said):
     heights = 500.0 * np.arange(NZ), METRES | {"positive": "up"}
     climate(lev=heights).to_netcdf(tmp_path / "a.nc", engine="scipy")

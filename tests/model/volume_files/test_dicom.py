@@ -96,14 +96,10 @@ def test_an_index_into_colours_and_a_name_of_another_kind(tmp_path):
     check(read_volume(save_dicom(tmp_path / "a.tif", ds)), voxels(), "look-up table|a DICOM file")
 
 
-@pytest.mark.parametrize(
-    ("case", "values", "spacing"),
-    [
-        ("no_preamble_implicit", (6, 3000), (1, 1, 2)),
-        ("un_undefined_all", (6, 3000), (1, 1, 2)),
-        ("enhanced_single", (-988, 14000), (0.5, 0.5, 3)),
-    ],
-)
+@pytest.mark.parametrize(("case", "values", "spacing"), [
+    ("no_preamble_implicit", (6, 3000), (1, 1, 2)), ("un_undefined_all", (6, 3000), (1, 1, 2)),
+    ("enhanced_single", (-988, 14000), (0.5, 0.5, 3)),
+])  # fmt: skip
 def test_files_that_itk_reads_in_the_same_way(case, values, spacing):
     planes = {}
     for path in (CASES / case).iterdir():
@@ -134,14 +130,10 @@ def test_padding_is_missing():
     assert "(28 %) as missing" in said(volume)
 
 
-@pytest.mark.parametrize(
-    ("case", "words", "distance"),
-    [
-        ("pixel_spacing_changes", "Of 2 series", None),
-        ("monochrome1", "MONOCHROME1", None),
-        ("gantry_tilt", "by 20.0 degrees, as by a tilted gantry", 2 * np.cos(np.radians(20))),
-    ],
-)
+@pytest.mark.parametrize(("case", "words", "distance"), [
+    ("pixel_spacing_changes", "Of 2 series", None), ("monochrome1", "MONOCHROME1", None),
+    ("gantry_tilt", "by 20.0 degrees, as by a tilted gantry", 2 * np.cos(np.radians(20))),
+])  # fmt: skip
 def test_what_is_odd_about_a_series_is_said(case, words, distance):
     volume = read_volume(CASES / case)
     assert words in said(volume)
@@ -355,15 +347,12 @@ def test_images_beside_one_another_are_two_volumes(tmp_path):
         check(volume, array[side])
 
 
-@pytest.mark.parametrize(
-    ("places", "tags", "spacing", "said"),
-    [
-        ((0, 3, 6, 15, 18, 21), {}, 3, "2 slices between slices 2 and 3 (at 6 and 15 mm)"),
-        ((0, 1, 2, 3, 8, 13), {}, 1, "The slices are 1 to 5 mm apart"),
-        (None, {"SliceThickness": 4}, 4, "no position"),
-        (None, {"each": lambda z: {"SliceLocation": 2.5 * (6 - z)}}, 2.5, ""),
-    ],
-)
+@pytest.mark.parametrize(("places", "tags", "spacing", "said"), [
+    ((0, 3, 6, 15, 18, 21), {}, 3, "2 slices between slices 2 and 3 (at 6 and 15 mm)"),
+    ((0, 1, 2, 3, 8, 13), {}, 1, "The slices are 1 to 5 mm apart"),
+    (None, {"SliceThickness": 4}, 4, "no position"),
+    (None, {"each": lambda z: {"SliceLocation": 2.5 * (6 - z)}}, 2.5, ""),
+])  # fmt: skip
 def test_places_that_are_odd_are_said(tmp_path, places, tags, spacing, said):
     at = [None] * 6 if places is None else [[0, 0, z] for z in places]
     volume = read_volume(write_dicom(tmp_path / "mr", voxels("int16"), positions=at, **tags))
@@ -376,14 +365,11 @@ DOSE = {"DoseGridScaling": 0.001, "DoseUnits": "GY", "Modality": "RTDOSE"}
 OFFSETS = {"GridFrameOffsetVector": [0.0, 2.5, 5, 7.5, 10, 12.5]}
 
 
-@pytest.mark.parametrize(
-    ("tags", "factor", "facts"),
-    [
-        ({"SpacingBetweenSlices": 4.0}, 1, {"spacing": (0.5, 2, 4)}),
-        (DOSE | OFFSETS, 0.001, {"units": "Gy", "spacing": (0.5, 2, 2.5)}),
-        ({"BitsAllocated": 1, "BitsStored": 1, "HighBit": 0}, 1, {}),
-    ],
-)
+@pytest.mark.parametrize(("tags", "factor", "facts"), [
+    ({"SpacingBetweenSlices": 4.0}, 1, {"spacing": (0.5, 2, 4)}),
+    (DOSE | OFFSETS, 0.001, {"units": "Gy", "spacing": (0.5, 2, 2.5)}),
+    ({"BitsAllocated": 1, "BitsStored": 1, "HighBit": 0}, 1, {}),
+])  # fmt: skip
 def test_frames_without_functional_groups(tmp_path, tags, factor, facts):
     array = voxels("uint16", (6, 5, 7))
     ds = dataset(array, frames=6, **PLACE, **tags)
@@ -395,13 +381,10 @@ def test_frames_without_functional_groups(tmp_path, tags, factor, facts):
     check(read_volume(save_dicom(tmp_path / "a.dcm", ds)), array * factor, rtol=1e-5, **facts)
 
 
-@pytest.mark.parametrize(
-    ("syntax", "encode", "said"),
-    [
-        ("4.102", lambda plane: b"?", "compressed as MPEG-4"),
-        ("4.80", lambda plane: imagecodecs.jpegls_encode(plane)[:3000], "stop before the end"),
-        ("4.80", lambda _: imagecodecs.jpegls_encode(LARGE), "another size than its tags"),
-    ],
-)
+@pytest.mark.parametrize(("syntax", "encode", "said"), [
+    ("4.102", lambda plane: b"?", "compressed as MPEG-4"),
+    ("4.80", lambda plane: imagecodecs.jpegls_encode(plane)[:3000], "stop before the end"),
+    ("4.80", lambda _: imagecodecs.jpegls_encode(LARGE), "another size than its tags"),
+])  # fmt: skip
 def test_compressed_pixels_that_are_refused(tmp_path, syntax, encode, said):
     refused(compressed(tmp_path, voxels("uint16", (3, 50, 70)), syntax, encode), said)

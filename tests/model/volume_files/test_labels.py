@@ -136,7 +136,7 @@ def test_only_a_name_and_few_whole_values_look_like_labels():
 CASES = Path(__file__).parent / "cases" / "missing"
 
 
-def test_a_fill_value_that_the_file_does_not_declare_is_told_and_kept():
+def test_a_fill_value_that_the_file_does_not_declare_is_reported_and_kept():
     volume = read_volume(CASES / "air_and_minus9999.vti")
     assert volume.missing is None and volume.data_range == (-9999, 240)
     assert "-9999 lies far from all other values, and many voxels have it" in volume.notes[0]

@@ -23,13 +23,10 @@ def save(path, array=ARRAY, affine=AFFINE, kind=nib.Nifti1Image):
     return path
 
 
-@pytest.mark.parametrize(
-    ("file", "spacing", "note"),
-    [
-        ("pixdim_ones_sform_only.nii", (0.5, 0.5, 3), "voxel sizes 1 x 1 x 1 differ"),
-        ("qform_LAS_sform_RAS.nii", (1, 1, 2), "mirror images of one another; the sform is used"),
-    ],
-)
+@pytest.mark.parametrize(("file", "spacing", "note"), [
+    ("pixdim_ones_sform_only.nii", (0.5, 0.5, 3), "voxel sizes 1 x 1 x 1 differ"),
+    ("qform_LAS_sform_RAS.nii", (1, 1, 2), "mirror images of one another; the sform is used"),
+])  # fmt: skip
 def test_the_sform_holds(file, spacing, note):
     image = nib.load(CASES / file)
     place = {"spacing": spacing, "origin": tuple(image.affine[:3, 3])}

@@ -113,17 +113,14 @@ def test_what_heads_say(tmp_path, name):
     assert (row in describe(volume)) == (volume.axis_labels == tuple("LRPASI"))
 
 
-@pytest.mark.parametrize(
-    ("directions", "spacing", "said"),
-    [
-        ("(0.5,0,0) (0,2,0) (0,0,3)", SPACING, None),
-        ("(-0.5,0,0) (0,-2,0) (0,0,3)", SPACING, "turned"),
-        ("(0,2,0) (3,0,0) (0,0,0.5)", (2, 3, 0.5), "left-handed|turned"),
-        ("(-0.5,0,0) (0,2,0) (0,0,3)", SPACING, "left-handed|turned"),
-        ("(0.3,0.4,0) (-1.6,1.2,0) (0,0,3)", SPACING, "oblique"),
-        ("(0,0,0) (0,2,0) (0,0,nan)", (1, 2, 1), "x, z is unusable"),
-    ],
-)
+@pytest.mark.parametrize(("directions", "spacing", "said"), [
+    ("(0.5,0,0) (0,2,0) (0,0,3)", SPACING, None),
+    ("(-0.5,0,0) (0,-2,0) (0,0,3)", SPACING, "turned"),
+    ("(0,2,0) (3,0,0) (0,0,0.5)", (2, 3, 0.5), "left-handed|turned"),
+    ("(-0.5,0,0) (0,2,0) (0,0,3)", SPACING, "left-handed|turned"),
+    ("(0.3,0.4,0) (-1.6,1.2,0) (0,0,3)", SPACING, "oblique"),
+    ("(0,0,0) (0,2,0) (0,0,nan)", (1, 2, 1), "x, z is unusable"),
+])  # fmt: skip
 def test_nrrd_directions_keep_the_index_frame(tmp_path, directions, spacing, said):
     fields = ["space: left-posterior-superior", "space origin: (10,-20,30)"]
     volume = nrrd(tmp_path, *fields, f"space directions: {directions}")
@@ -170,15 +167,12 @@ def test_time_as_the_first_axis_of_a_nrrd(tmp_path):
 SCALED = "(1,0,0{}) (0,1,0{}) (0,0,1{})"
 
 
-@pytest.mark.parametrize(
-    ("space", "directions"),
-    [
-        ("left-posterior-superior-time", SCALED.format(",0", ",0", ",0") + " (0,0,0,1)"),
-        ("LPST", SCALED.format(",0", ",0", ",0") + " (0,0,0,1)"),
-        ("left-posterior-superior", SCALED.format("", "", "") + " (nan,nan,nan)"),
-        ("left-posterior-superior", SCALED.format("", "", "") + " none"),
-    ],
-)
+@pytest.mark.parametrize(("space", "directions"), [
+    ("left-posterior-superior-time", SCALED.format(",0", ",0", ",0") + " (0,0,0,1)"),
+    ("LPST", SCALED.format(",0", ",0", ",0") + " (0,0,0,1)"),
+    ("left-posterior-superior", SCALED.format("", "", "") + " (nan,nan,nan)"),
+    ("left-posterior-superior", SCALED.format("", "", "") + " none"),
+])  # fmt: skip
 def test_a_space_with_time_and_rows_of_nan(tmp_path, space, directions):
     fields = [f"space: {space}", f"space directions: {directions}"]
     path = write_nrrd(tmp_path / "a.nrrd", TIMES, *fields)

@@ -69,20 +69,15 @@ def test_what_descriptions_and_tags_say(tmp_path, name):
     check(read_volume(path), BYTES * 0.5 - 10 if name == "line" else BYTES, said, **facts)
 
 
-@pytest.mark.parametrize(
-    ("file", "spacing", "unit", "said"),
-    [
-        ("b_depth_1.tif", (0.25, 0.25, 1), "um", ""),
-        ("f_ome.ome.tif", (0.25, 0.25, 2), "um", ""),
-        ("one_ifd.tif", (0.5, 0.5, 2), "um", ""),
-        ("lut_green.tif", (0.5, 0.5, 2), "um", "look-up table"),
-        ("imagej_2channels.tif", (0.5, 0.5, 2), "um", ""),
-        ("ome_xyczt.ome.tif", (0.5, 0.5, 2), "um", ""),
-        ("numpy_4d.tif", (1, 1, 1), "", "no voxel spacing"),
-        ("signed16.tif", (0.5, 0.5, 2), "", ""),
-        ("miniswhite.tif", (1, 1, 1), "", "no voxel spacing|0 is white"),
-    ],
-)
+@pytest.mark.parametrize(("file", "spacing", "unit", "said"), [
+    ("b_depth_1.tif", (0.25, 0.25, 1), "um", ""), ("f_ome.ome.tif", (0.25, 0.25, 2), "um", ""),
+    ("one_ifd.tif", (0.5, 0.5, 2), "um", ""),
+    ("lut_green.tif", (0.5, 0.5, 2), "um", "look-up table"),
+    ("imagej_2channels.tif", (0.5, 0.5, 2), "um", ""),
+    ("ome_xyczt.ome.tif", (0.5, 0.5, 2), "um", ""),
+    ("numpy_4d.tif", (1, 1, 1), "", "no voxel spacing"), ("signed16.tif", (0.5, 0.5, 2), "", ""),
+    ("miniswhite.tif", (1, 1, 1), "", "no voxel spacing|0 is white"),
+])  # fmt: skip
 def test_files_of_other_programs(file, spacing, unit, said):
     volume, array = read_volume(CASES / "tiff" / file), whole(CASES / "tiff" / file).astype(int)
     while array.ndim > 3:
@@ -180,16 +175,13 @@ def test_folders_of_slices():
     assert [content.name for content in volume.file.contents] == names
 
 
-@pytest.mark.parametrize(
-    ("names", "order"),
-    [
-        (["z-10", "z-5", "z0", "z5"], ["z-10", "z-5", "z0", "z5"]),
-        (["s-10", "s-9", "s-8"], ["s-8", "s-9", "s-10"]),
-        (["b10_123", "b9_456", "b1_789"], ["b1_789", "b9_456", "b10_123"]),
-        (["top", "middle", "bottom"], ["bottom", "middle", "top"]),
-        (["2024-01-02_7", "2024-01-02_12"], ["2024-01-02_7", "2024-01-02_12"]),
-    ],
-)
+@pytest.mark.parametrize(("names", "order"), [
+    (["z-10", "z-5", "z0", "z5"], ["z-10", "z-5", "z0", "z5"]),
+    (["s-10", "s-9", "s-8"], ["s-8", "s-9", "s-10"]),
+    (["b10_123", "b9_456", "b1_789"], ["b1_789", "b9_456", "b10_123"]),
+    (["top", "middle", "bottom"], ["bottom", "middle", "top"]),
+    (["2024-01-02_7", "2024-01-02_12"], ["2024-01-02_7", "2024-01-02_12"]),
+])  # fmt: skip
 def test_the_order_of_names(tmp_path, names, order):
     for number, name in enumerate(order):
         tifffile.imwrite(tmp_path / f"{name}.tif", np.arange(20, dtype="u1").reshape(4, 5) + number)

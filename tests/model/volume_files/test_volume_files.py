@@ -104,18 +104,15 @@ def test_integers_far_from_0_are_told_apart(tmp_path, dtype, low, step):
 # --- raw ----------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("name", "layout", "readable"),
-    [
-        ("engine_256x256x110_uint8", RawLayout((256, 256, 110), "uint8"), "engine"),
-        ("my_CT-head_7x5x6_int16_be", RawLayout((7, 5, 6), "int16", "big"), "my CT-head"),
-        ("7x5x6.float32.little", RawLayout((7, 5, 6), "float32"), "7x5x6.float32.little"),
-        ("foot-7X5X6-ushort-bigendian", RawLayout((7, 5, 6), "ushort", "big"), "foot"),
-        ("a_7x5x6_int16 skip=352", RawLayout((7, 5, 6), "int16", offset=352), "a"),
-        ("engine_256x256_uint8", None, "engine 256x256 uint8"),
-        ("a_7x5x6_int16 spacing=1,e,2", None, "a"),
-    ],
-)
+@pytest.mark.parametrize(("name", "layout", "readable"), [
+    ("engine_256x256x110_uint8", RawLayout((256, 256, 110), "uint8"), "engine"),
+    ("my_CT-head_7x5x6_int16_be", RawLayout((7, 5, 6), "int16", "big"), "my CT-head"),
+    ("7x5x6.float32.little", RawLayout((7, 5, 6), "float32"), "7x5x6.float32.little"),
+    ("foot-7X5X6-ushort-bigendian", RawLayout((7, 5, 6), "ushort", "big"), "foot"),
+    ("a_7x5x6_int16 skip=352", RawLayout((7, 5, 6), "int16", offset=352), "a"),
+    ("engine_256x256_uint8", None, "engine 256x256 uint8"),
+    ("a_7x5x6_int16 spacing=1,e,2", None, "a"),
+])  # fmt: skip
 def test_layout_and_name_from_the_file_name(tmp_path, name, layout, readable):
     assert RawLayout.parse(name) == layout
     assert read_volume(files.write_itk(tmp_path / f"{name}.nrrd", voxels())).name == readable

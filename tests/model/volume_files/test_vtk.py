@@ -145,13 +145,10 @@ def test_legacy_files_of_cells_and_several_arrays(tmp_path):
     check(read_volume(written(tmp_path / "a.vtk", image)), CELLS)
 
 
-@pytest.mark.parametrize(
-    ("matrix", "directions"),
-    [
-        ((0, 1, 0, 0, 0, 1, 1, 0, 0), ((0, 0, 1), (1, 0, 0), (0, 1, 0))),
-        ((1, 0, 0, 0, 1, 0, 0, 0, -1), ((1, 0, 0), (0, 1, 0), (0, 0, 1))),
-    ],
-)
+@pytest.mark.parametrize(("matrix", "directions"), [
+    ((0, 1, 0, 0, 0, 1, 1, 0, 0), ((0, 0, 1), (1, 0, 0), (0, 1, 0))),
+    ((1, 0, 0, 0, 1, 0, 0, 0, -1), ((1, 0, 0), (0, 1, 0), (0, 0, 1))),
+])  # fmt: skip
 def test_directions_of_vti(tmp_path, matrix, directions):
     image = files.vtk_image(ARRAY)
     image.SetDirectionMatrix(*matrix)

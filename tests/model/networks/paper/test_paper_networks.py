@@ -9,15 +9,10 @@ from model.networks.generator_network import EncodedInputs
 from model.networks.size import NetworkSize
 
 
-@pytest.mark.parametrize(
-    ("network", "count"),
-    [
-        (paper.OpacityGenerator, 11_597_640),
-        (paper.OpacityDiscriminator, 9_534_209),
-        (paper.TranslationGenerator, 14_759_827),
-        (paper.TranslationDiscriminator, 12_963_969),
-    ],
-)
+@pytest.mark.parametrize(("network", "count"), [
+    (paper.OpacityGenerator, 11_597_640), (paper.OpacityDiscriminator, 9_534_209),
+    (paper.TranslationGenerator, 14_759_827), (paper.TranslationDiscriminator, 12_963_969),
+])  # fmt: skip
 def test_full_width_has_the_published_number_of_parameters(network, count):
     with torch.device("meta"):
         assert parameter_count(network(NetworkSize())) == count
