@@ -126,9 +126,11 @@ def _on_grid(labels: Volume, volume: Volume) -> tuple[NDArray[np.generic], str]:
     the same size.
     """
     is_alike = labels.dimensions == volume.dimensions
-    there, here = (_frame(each) for each in (labels, volume))
     spaces = {is_space(each.file.space) or each.file.space for each in (labels, volume)}
-    if there is None or here is None or len(spaces) > 1:
+    # ITK, with which most masks are made, reads a space without a name as LPS.
+    is_assumed = spaces == {True, ""} and not is_alike
+    there, here = (_frame(each, "LPS" if is_assumed else "") for each in (labels, volume))
+    if there is None or here is None or (len(spaces) > 1 and not is_assumed):
         if is_alike:
             return labels.voxels, ""
         raise TfscopeError(
@@ -150,7 +152,9 @@ def _on_grid(labels: Volume, volume: Volume) -> tuple[NDArray[np.generic], str]:
     )
     if voxels.any():
         where = "lies elsewhere" if is_alike else "is another one"
-        return voxels, f"The grid of {labels.name} {where}, so each voxel takes the nearest label."
+        note = f"The grid of {labels.name} {where}, so each voxel takes the nearest label."
+        unnamed = volume.name if is_space(labels.file.space) else labels.name
+        return voxels, f"{note} {unnamed} names no space: LPS is assumed." if is_assumed else note
     if is_alike:
         return labels.voxels, (
             f"The files say that {labels.name} lies elsewhere than {volume.name}. As both have as "
@@ -161,16 +165,17 @@ def _on_grid(labels: Volume, volume: Volume) -> tuple[NDArray[np.generic], str]:
     )
 
 
-def _frame(volume: Volume) -> NDArray[np.float64] | None:
+def _frame(volume: Volume, assumed: str = "") -> NDArray[np.float64] | None:
     """Homogeneous matrix (4, 4) from voxel numbers to the file's space (RAS in metres), or None."""
     facts = volume.file
     if not facts.directions:
         return None
     frame, (steps, origin) = np.eye(4), _unstretched(volume)
     frame[:3, :3], frame[:3, 3] = np.array(facts.directions).T * steps, origin
-    if is_space(facts.space):
+    space = facts.space or assumed
+    if is_space(space):
         to_ras = np.zeros((4, 4))
-        for k, letter in enumerate(facts.space):
+        for k, letter in enumerate(space):
             to_ras["RLAPSI".index(letter) // 2, k] = 1 if letter in "RAS" else -1
         to_ras[3, 3] = 1
         frame = to_ras @ frame

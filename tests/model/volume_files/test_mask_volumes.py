@@ -102,6 +102,10 @@ def test_labels_of_another_grid_are_resampled_where_they_lie(tmp_path, turn):
         found = read_labels(tmp_path / name, scan)
         assert "each voxel takes the nearest label" in found.note
         np.testing.assert_array_equal(found.voxels, SimpleITK.GetArrayFromImage(expected))
+        # A space without a name is that of ITK.
+        same = read_labels(tmp_path / name, replace(scan, file=replace(scan.file, space="")))
+        assert same.note.endswith("label. scan names no space: LPS is assumed.")
+        np.testing.assert_array_equal(same.voxels, found.voxels)
     # Where no label lies, none is shown, unless the grids have one size.
     labels.SetOrigin((1e3, 0.0, 0.0))
     SimpleITK.WriteImage(labels, str(tmp_path / "far.nrrd"))
