@@ -15,9 +15,9 @@ from typing import Any
 
 
 class TfscopeError(Exception):
-    """Base of every error whose message is meant for the user, in the command line and the window.
+    """Base of all errors whose message is for the user, in the command line and the window.
 
-    Keyword arguments are values of settings that would help, by name; an empty string is a switch.
+    Keyword arguments are suggested settings by name; an empty string is a switch.
     """
 
     def __init__(self, message: str = "", **suggested: str) -> None:
@@ -27,7 +27,7 @@ class TfscopeError(Exception):
 
 def first_line(error: Exception) -> str:
     """Return the first line of a library's error message, or the error's type if it has none."""
-    # What a KeyError says of itself is in quotes.
+    # A KeyError's text is in quotes.
     said = error.args[0] if isinstance(error, KeyError) and error.args else error
     return next(iter(str(said).splitlines()), "") or type(error).__name__
 
@@ -39,11 +39,11 @@ EXTRAS = {
     "openvino": {"openvino": "openvino"},
     "cluster": {"distributed": "distributed"},
 }
-"""Packages of ``pyproject.toml``'s extras, by the modules that they are imported as."""
+"""Packages of ``pyproject.toml``'s extras, by module."""
 
 
 def missing(extra: str) -> str | None:
-    """Return the command that installs what an extra lacks here, as a clause, or None."""
+    """Return the command that installs an extra's missing packages, as a clause, or None."""
     packages = [package for module, package in EXTRAS[extra].items() if find_spec(module) is None]
     if not packages:
         return None
@@ -60,13 +60,13 @@ def require(extra: str) -> None:
 
 
 def reason(error: OSError) -> str:
-    """Return why the system, or a library in its place, could not read or write."""
+    """Return why the system, or a library, could not read or write."""
     return error.strerror or first_line(error)
 
 
 @contextmanager
 def os_errors_as(kind: type[TfscopeError], what: str, remedy: str = "") -> Iterator[None]:
-    """Raise an error for users in place of an :class:`OSError`: what cannot be done, and why."""
+    """Convert an :class:`OSError` to an error for users: what failed, and why."""
     try:
         yield
     except OSError as error:
@@ -75,7 +75,7 @@ def os_errors_as(kind: type[TfscopeError], what: str, remedy: str = "") -> Itera
 
 
 class VolumeError(TfscopeError):
-    """A volume file cannot be read, or holds no usable volume."""
+    """A volume file cannot be read, or has no usable volume."""
 
 
 class ConstantVolumeError(VolumeError):
@@ -85,7 +85,7 @@ class ConstantVolumeError(VolumeError):
 
 
 class TransferFunctionError(TfscopeError):
-    """A transfer function, or the file that holds one, is invalid."""
+    """A transfer function, or its file, is invalid."""
 
 
 class RenderError(TfscopeError):
@@ -93,7 +93,7 @@ class RenderError(TfscopeError):
 
 
 class CannotDrawError(RenderError):
-    """A renderer that works otherwise cannot draw this volume here; another one may."""
+    """The renderer cannot draw this volume here; another one may."""
 
 
 class DatasetError(TfscopeError):
@@ -109,7 +109,7 @@ class TrainingError(TfscopeError):
 
 
 class CollapseError(TrainingError):
-    """A training run was stopped because the generator has collapsed."""
+    """A training run was stopped because the generator collapsed."""
 
 
 class NotOfferedError(TfscopeError):
@@ -117,4 +117,4 @@ class NotOfferedError(TfscopeError):
 
 
 class LatentError(TfscopeError):
-    """Latent codes, their map, or a search among them cannot be used."""
+    """Latent codes, their map, or a search in it cannot be used."""

@@ -13,10 +13,10 @@ from typing import BinaryIO
 
 @contextmanager
 def writing(path: Path) -> Iterator[BinaryIO]:
-    """Open a file for writing that takes a path's place once it is complete and on the disk.
+    """Open a file for writing that replaces a path once it is complete and on the disk.
 
-    If anything goes wrong before that, what was there stays, and nothing else is left. A link is
-    followed; a device or a pipe is written to directly. Raises :class:`OSError` if it cannot be.
+    After an error the old file stays, and nothing else is left. A link is followed; a device or a
+    pipe is written to directly. Raises :class:`OSError` if it cannot be.
     """
     place = Path(os.path.realpath(path))
     if place.exists() and not place.is_file():
@@ -38,19 +38,19 @@ def writing(path: Path) -> Iterator[BinaryIO]:
 
 
 def write_atomically(path: Path, content: bytes) -> None:
-    """Write a file completely or not at all, even across a power failure; see :func:`writing`."""
+    """Write a file atomically, even across a power failure; see :func:`writing`."""
     with writing(path) as file:
         file.write(content)
 
 
 def free_space(path: Path) -> int:
-    """Bytes that are free where a file or folder is, or would be made."""
+    """Free bytes at the place of a file or folder, which need not exist."""
     place = path.absolute()
     return shutil.disk_usage(next(p for p in (place, *place.parents) if p.exists())).free
 
 
 def _sync_folder(folder: Path) -> None:
-    """Have a new name in a folder survive a power failure, where the system can do so."""
+    """Make a new name in a folder survive a power failure, if the system can."""
     with suppress(OSError):
         descriptor = os.open(folder, os.O_RDONLY)
         try:

@@ -1,4 +1,4 @@
-"""JSON from files that anybody may have written: read within bounds, checked against a schema."""
+"""JSON from untrusted files: read within bounds, checked against a schema."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ import msgspec
 
 from model.errors import TfscopeError
 
-MOST_BYTES = 64 << 20  # of the longest file that is read; those of tfscope have a hundredth
+MOST_BYTES = 64 << 20  # of the longest file that is read; tfscope's have a hundredth
 
 T = TypeVar("T")
 
 
 class MalformedError(ValueError):
-    """Data is not JSON, or not what it should describe; the message says where."""
+    """Data is not JSON, or does not fit its type; the message says where."""
 
 
 def read_json(path: Path) -> Any:
-    """Read a JSON file as plain data; raise `OSError`, or `MalformedError` if it is none."""
+    """Read a JSON file as plain data; raise `OSError`, or `MalformedError` for invalid JSON."""
     # Not by its size on disk: a pipe or a device has none.
     with path.open("rb") as file:
         content = file.read(MOST_BYTES + 1)
@@ -32,7 +32,7 @@ def read_json(path: Path) -> Any:
 
 
 def parse_json(content: bytes) -> Any:
-    """Parse JSON as plain data; raise :class:`MalformedError` if it is none."""
+    """Parse JSON as plain data; raise :class:`MalformedError` if it is invalid."""
     # Python's own parser: it also reads names of files that are not valid UTF-8, as it writes them.
     try:
         return json.loads(content.decode("utf-8-sig"))
@@ -45,10 +45,10 @@ def parse_json(content: bytes) -> Any:
 
 
 def build(kind: type[T], data: Any, exact: bool = False) -> T:
-    """Build a dataclass from plain data, checking the names and types of its fields.
+    """Build a dataclass from plain data; check names and types of its fields.
 
-    What a dataclass's own checks raise passes through. Raises :class:`MalformedError` for a field
-    that is missing or of another type, and if `exact` for a name that is no field.
+    Errors of the dataclass's own checks pass through. Raises :class:`MalformedError` for a missing
+    field or wrong type, and if `exact` for an unknown name.
     """
     if exact and isinstance(data, dict):
         unknown = data.keys() - {field.name for field in fields(kind)}  # type: ignore[arg-type]
@@ -67,8 +67,8 @@ def build(kind: type[T], data: Any, exact: bool = False) -> T:
 def build_valid(kind: type[T], data: dict[str, Any]) -> tuple[T, list[str]]:
     """Build a dataclass whose fields have defaults, and list the fields with wrong values.
 
-    Those have their defaults. Of a tuple of any length, only wrong elements are left out; a field
-    that is a dataclass is built alike.
+    These get their defaults. Of a tuple of any length, only wrong elements are dropped; a field
+    that is a dataclass is built in the same way.
     """
     found: dict[str, Any] = {}
     wrong: list[str] = []
@@ -92,7 +92,7 @@ def build_valid(kind: type[T], data: dict[str, Any]) -> tuple[T, list[str]]:
 def _valid(hint: Any, value: Any) -> list[Any]:
     """Return a value as another type in a list, or an empty list if it is none."""
     try:
-        # Neither infinite nor undefined numbers are of use.
+        # Infinite and undefined numbers are of no use.
         json.dumps(value, allow_nan=False)
         return [build(hint, value)]
     except (ValueError, OverflowError, TfscopeError):
@@ -106,7 +106,7 @@ def _path(kind: type, value: Any) -> Any:
 
 
 def _worded(text: str) -> str:
-    """Word an error of msgspec as the others are: first where, then what."""
+    """Word an error of msgspec like the others: first where, then what."""
     what, _, where = text.partition(" - at ")
     place = where.strip("`").removeprefix("$").removeprefix(".")
     missing = re.fullmatch(r"Object missing required field `(.*)`", what)

@@ -1,4 +1,4 @@
-"""The folder of the kernels' machine code: found without importing Numba, which takes a while."""
+"""The folder of the kernels' machine code, found without importing Numba, which is slow."""
 
 from __future__ import annotations
 
@@ -31,8 +31,8 @@ SOURCES = (
 """Folders and modules with compiled functions, the functions they call, and constants of both."""
 
 RUN_FOLDER = "TFSCOPE_KERNELS"
-"""Variable of the environment: folder that a program has for itself and its processes, while it
-runs, where the user's cannot be written."""
+"""Environment variable: a program's temporary folder for itself and its processes if the user's is
+not writable."""
 
 
 def kernel_folder() -> Path:
@@ -54,7 +54,7 @@ def _sources() -> Iterator[Path]:
 
 
 def keeps_kernels() -> bool:
-    """Return whether compiled kernels can be kept, and so be compiled by another process."""
+    """Return whether compiled kernels can be stored, and so be compiled by another process."""
     if _is_writable(kernel_folder()):
         return True
     try:
@@ -94,12 +94,12 @@ class KernelGroup:
 
     @property
     def name(self) -> str:
-        """All of it in one word."""
+        """The group as one word."""
         return f"{self.voxels}-{self.lighting}-{self.purpose}"
 
     @property
     def is_prepared(self) -> bool:
-        """Whether they were compiled on this machine, so that they are loaded at once."""
+        """Whether they were compiled on this machine, so that they load at once."""
         return self._stamp.exists()
 
     def note_prepared(self) -> None:
@@ -108,7 +108,7 @@ class KernelGroup:
 
     @property
     def _stamp(self) -> Path:
-        """An empty file, for the sources of this place and time: Numba loads no others' code."""
+        """An empty file for these sources, as Numba loads no other sources' code."""
         times = [(str(file), file.stat().st_mtime_ns) for file in _sources()]
         digest = hashlib.sha256(repr(times).encode()).hexdigest()[:8]
         return kernel_folder() / f"{self.name}-{digest}"

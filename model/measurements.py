@@ -23,7 +23,7 @@ QUOTA = Path("/sys/fs/cgroup/cpu.max")  # of processor time, on Linux in a conta
 def kept(name: str, about: Mapping[str, Any]) -> Any:
     """Return the cached result of a measurement on this machine, or None if there is none.
 
-    `about` is everything that the result depends on besides the machine, as plain data.
+    `about` is all that the result depends on besides the machine, as plain data.
     """
     return _read().get(_key(name, about))
 
@@ -51,8 +51,8 @@ def _key(name: str, about: Mapping[str, Any]) -> str:
 
 
 def _machine() -> dict[str, Any]:
-    """Return the properties that speed depends on; machines equal in them share results."""
-    # Late: the processor's name alone needs none of it.
+    """Return the properties that determine speed; machines with equal ones share results."""
+    # Late: the processor's name needs none of it.
     import torch
 
     return {
@@ -77,7 +77,7 @@ def processor_name() -> str:
 
 
 def processors() -> int:
-    """Return how many processors this process may use; a container may have a part of them."""
+    """Return how many processors this process may use; a container may have a share of them."""
     if hasattr(os, "sched_getaffinity"):
         count = len(os.sched_getaffinity(0))
     else:

@@ -1,4 +1,4 @@
-"""Image metrics, of float arrays (H, W, 3) in [0, 1], to which predictions are clipped first."""
+"""Image metrics of float arrays (H, W, 3) in [0, 1]; predictions are clipped first."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ EMD_BINS = (8, 12, 12)  # bins of the colour histogram along L, a and b
 RESAMPLES = 2000
 
 LEAST_BRIGHTNESS = 0.06
-"""Mean brightness from which on an image shows enough to be compared by eye. Not opacity: TFs of
-dark colours make images that are opaque and nearly black."""
+"""Mean brightness from which an image shows enough to be compared by eye. Not opacity, as TFs of
+dark colours give opaque, nearly black images."""
 
 Image = NDArray[np.floating]
 
@@ -30,7 +30,7 @@ def rmse(image: Image, truth: Image) -> float:
 
 
 def clearly_seen(rgba: NDArray[np.uint8]) -> NDArray[np.bool_]:
-    """Return which of some RGBA images (n, H, W, 4) of uint8 are not nearly black."""
+    """Return which RGBA images (n, H, W, 4) of uint8 are not nearly black."""
     brightness = rgba[..., :3].max(axis=-1).mean(axis=(1, 2), dtype=np.float64) / 255
     return np.asarray(brightness >= LEAST_BRIGHTNESS)
 

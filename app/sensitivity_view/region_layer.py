@@ -389,8 +389,8 @@ class PlaceLabel(Card):
         band = piece.values
         what = "Piece" if band is None else f"Piece, only {self._asker.state.range_text(band)}"
         does = " · ".join(
-            f"<a href='{deed}{number}' style='color: {theme.ON_IMAGE.change}'>{text}</a>"
-            for deed, text in (("a", "isolate"), ("c", "cut away"))
+            f"<a href='{action}{number}' style='color: {theme.ON_IMAGE.change}'>{text}</a>"
+            for action, text in (("a", "isolate"), ("c", "cut away"))
         )
         return (
             f"<tr><td>{escape(what)}</td><td align='right' style='padding-left: 12px'>"
