@@ -106,10 +106,7 @@ class Menus:
         is_there: Test | None = None,
         of: QWidget | None = None,
     ) -> None:
-        """Add an entry that is checked if a setting is on, and shown if it is of use.
-
-        Its keys work in the whole window, or only where a widget (`of`) has the focus.
-        """
+        """Add an entry; its keys work in the whole window, or only in the focused widget `of`."""
 
         def act() -> None:
             slot()
