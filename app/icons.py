@@ -81,7 +81,7 @@ class IconButton(QToolButton):
         return super().minimumSizeHint().boundedTo(self.maximumSize())
 
     def changeEvent(self, event: QEvent) -> None:
-        """Draw the icon anew in another theme."""
+        """Draw the icon again in another theme."""
         if event.type() == QEvent.Type.PaletteChange and self._colors is None:
             self._draw()
         super().changeEvent(event)

@@ -52,7 +52,7 @@ def significant(number: float, digits: int) -> str:
 CHARACTERS = set("0123456789+-.,eE ")
 """Characters of numbers. A comma belongs to none, but dropping it would change the number."""
 
-MOST_DECIMALS = 320  # so many that no number is rounded to them
+MOST_DECIMALS = 320  # enough that no number is rounded
 
 SHOWN_DIGITS, TYPED_DIGITS = 3, 6
 """Digits shown of a number, and of a typed one, besides leading digits that both limits share."""

@@ -97,7 +97,7 @@ class Dataset:
 
 
 def _rendered(out: Path) -> int:
-    """Number of samples that are there already and need no more room."""
+    """Number of existing samples, which need no more room."""
     from model.samples.sample_store import SampleStore
 
     try:

@@ -45,7 +45,7 @@ class EnginePane(QWidget):
 
     imageShown = Signal(object, object)  # emitted with inputs and float32 image (H, W, 4)
     resultShown = Signal(object)  # with the Result of the image that is shown
-    statusShown = Signal()  # whenever the caption has been written anew
+    statusShown = Signal()  # whenever the caption has been written again
 
     title = Painted("", "_show_status")  # what the images are
     hint = Painted("", "_show_status")  # in which inputs the image is outside its model's training

@@ -91,7 +91,7 @@ class BrowserBar(QWidget):
         self._show_choices()
 
     def changeEvent(self, event: QEvent) -> None:
-        """Draw the field's icon anew in another theme."""
+        """Draw the field's icon again in another theme."""
         if event.type() == QEvent.Type.PaletteChange:
             self._eye.setIcon(icon("eye"))
         super().changeEvent(event)

@@ -156,7 +156,7 @@ class ResponseLayer:
     def say_effects(self, effects: Sequence[tuple[str, str]]) -> None:
         """Write the effect of its edit on each flag, and in words in its name."""
         said = [flag.say(*effect) for flag, effect in zip(self.flags, effects, strict=False)]
-        # The plot is not painted anew with every view of a drag.
+        # The plot is not painted again with every view of a drag.
         if any(said):
             self._place_flags()
 

@@ -146,7 +146,7 @@ class WhatIfQuestion(QObject):
             self._changed()
 
     def forget(self) -> None:
-        """Forget the answer about another region, image or measure; ask anew while it is on."""
+        """Forget the answer about another region, image or measure; ask again while it is on."""
         self._channels.cancel()
         if self.result:
             self._say("")

@@ -147,7 +147,7 @@ class LatentPictures(QObject):
         self.session.join()
 
     def ask(self) -> None:
-        """Request all pictures anew, at full size."""
+        """Request all pictures again, at full size."""
         self._ask_grid()
         self._ask_hover(live=False)
 

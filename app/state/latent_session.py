@@ -272,7 +272,7 @@ class LatentSession(QObject):
         self._choose_different()
 
     def _choose_different(self) -> None:
-        """Choose the most different samples anew, if the browser was opened or filters changed."""
+        """Choose the most different samples again, if the browser was opened or filters changed."""
         by = (self._latent.choices.band,)
         if self._has_overview and by != self._chosen_by:
             assert self.overview is not None and self.wanted is not None

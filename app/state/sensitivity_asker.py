@@ -233,7 +233,7 @@ class SensitivityAsker(QObject):
         self._due.stop()
 
     def ask(self) -> None:
-        """Ask everything anew, at full quality; while something moves, after that."""
+        """Ask everything again, at full quality; while something moves, after that."""
         self._moves = self.state.live
         self._ask("region", "visibility", "field", "seen", "pick")
 

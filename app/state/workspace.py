@@ -416,7 +416,7 @@ class Workspace(QObject):
 
 
 def _scale_news(volume: Volume) -> str:
-    """Say on which scale a volume is, and which share has no logarithm."""
+    """Report a volume's scale, and the share of its voxels without a logarithm."""
     if volume.scale == "linear":
         return "The scale is linear."
     share = share_without_logarithm(volume.linear.distribution)

@@ -139,7 +139,7 @@ class PlotArea(QObject):
             where = cast(QHelpEvent, event)
             said = self._said_at(where.pos())
             if said:
-                # Below the plot, of which it would hide the place that it is about.
+                # Below the plot, so as not to hide its place in it.
                 below = QPoint(where.pos().x(), self.rect.bottom())
                 QToolTip.showText(self.widget.viewport().mapToGlobal(below), said, self.widget)
                 return True

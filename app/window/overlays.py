@@ -128,7 +128,7 @@ TIP = (
     f"{SENTENCES['RMSE']} Difference (D) shows where."
 )
 TIP_B = f"Difference (RMSE) from A. {SENTENCES['RMSE']} Difference (D) shows where."
-LEAST_SAID = 0.0005  # difference that is not 0 in the digits that are said
+LEAST_SAID = 0.0005  # least difference that is not 0 in the shown digits
 UNUSUAL = (
     "It is far above the errors of the model's test images: no such TF or view was among them."
 )
