@@ -21,12 +21,7 @@ from model.kernel_cache import KernelGroup
 from model.rendering.renderer import Renderer
 from model.rendering.scalars import KERNEL_TYPES, keeps_type
 from model.scene.inputs import SceneInputs
-from model.scene.scene import (
-    PATH_CURVES,
-    PATH_FIELDS,
-    RendererName,
-    Scene,
-)
+from model.scene.scene import PATH_CURVES, PATH_FIELDS, RendererName, Scene
 from model.scene.tf_perturbation import edit_over
 from model.scene.transfer_function import Range
 from model.scene.value_scale import ValueScale

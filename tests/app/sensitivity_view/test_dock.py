@@ -2,10 +2,7 @@ import numpy as np
 from mouse_events import drag
 from PySide6.QtCore import QPoint, QRect, Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import (
-    QApplication,
-    QTableWidget,
-)
+from PySide6.QtWidgets import QApplication, QTableWidget
 
 from model.scene.region import Outline
 

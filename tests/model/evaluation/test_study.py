@@ -8,14 +8,7 @@ import torch
 from model import metrics
 from model.errors import TrainingError
 from model.evaluation.holdout import evaluate, nearest_images
-from model.evaluation.study import (
-    STUDIES,
-    Study,
-    StudyPlan,
-    Variant,
-    markdown,
-    run_study,
-)
+from model.evaluation.study import STUDIES, Study, StudyPlan, Variant, markdown, run_study
 from model.generator.generator import Generator
 from model.networks.generator_network import LatentCodec
 from model.networks.size import NetworkSize
