@@ -31,12 +31,7 @@ if TYPE_CHECKING:
 CodecChoice = Literal["shipped", "model"]
 Place = tuple[float, float]
 
-FIRST_BRUSH: Brush = (
-    -0.8,
-    -0.8,
-    0.8,
-    0.8,
-)  # most of the map, as in the paper
+FIRST_BRUSH: Brush = (-0.8, -0.8, 0.8, 0.8)  # most of the map, as in the paper
 
 
 @dataclass(frozen=True)
