@@ -1,7 +1,7 @@
 """Rhythm and sizes of answers while something moves.
 
-All answers together take a seventh of the time; the rest is for pictures. But no shown answer is
-more than half a second old. So answers get smaller, not rarer.
+All answers together take a seventh of the time, at most a fifth; the rest is for pictures. But no
+shown answer is more than half a second old. So answers get smaller, not rarer.
 """
 
 from __future__ import annotations
@@ -12,7 +12,8 @@ from collections.abc import Callable
 from app.engines.pace import Pace
 from model.rendering.raster import TIME_GROWTH
 
-SHARE = 0.13  # share of the time for answers while something moves
+SHARE = 0.18  # largest share of the time for answers while something moves
+AIM = 0.13  # share for which their sizes are chosen
 OLDEST_S = 0.48  # longest age of an answer: half a second, less the time to show it
 MOST_DEBT_S = 0.5  # time that answers may overdraw
 TOO_OLD_S = 1.0  # age from which an answer is due even beyond the share
@@ -60,7 +61,7 @@ class AnswerPace(Pace):
         debt = max(self._due - now, 0.0)
         self._asked, self._due = now, now + debt
         self._latency *= FADING
-        return SHARE * (max(self._longest, self._gap) - debt)
+        return AIM * (max(self._longest, self._gap) - debt)
 
     def size(self, kinds: list[object], largest: int, seconds: float) -> int:
         """Return the size at which all answers together take at most some seconds."""
