@@ -149,7 +149,7 @@ class TradePlot(pg.PlotWidget):  # type: ignore[misc]
         places = {image: (math.log10(image.seconds), image.error) for image in found}
         at = np.reshape([*places.values()] or [(0.0, 1.0)], (-1, 2))
         (first, top), (last, _) = at[0], at[-1]
-        times = [(places[image][0], f"{1e3 * image.seconds:.0f}") for image in stops]
+        times = [(places[image][0], f"{float(f'{1e3 * image.seconds:.2g}'):g}") for image in stops]
         errors = [(0.0, "0"), (top, error_text(top))]
         for side, marks in (("bottom", times), ("left", errors)):
             axis = self.getAxis(side)

@@ -146,6 +146,7 @@ class FigureDialog(QDialog):
         self.copy_button = buttons.addButton("Copy", QDialogButtonBox.ButtonRole.ActionRole)
         self.copy_button.clicked.connect(self._copy)
         buttons.accepted.connect(self.accept)
+        self.save_button.setFocus()
         both = fill(QHBoxLayout(), self._form, spacing=16)
         both.addWidget(self._picture, 0, Qt.AlignmentFlag.AlignTop)
         column = fill(QVBoxLayout(self), both, buttons, margins=(16, 14, 16, 14), spacing=14)
