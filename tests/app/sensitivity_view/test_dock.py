@@ -21,9 +21,8 @@ def box_of(widget, parent):
 
 def test_a_region_opens_the_panel_and_escape_closes_both(qtbot, window):
     resize(qtbot, window, 1280, 800)
-    state, findings, area = (
-        window.sensitivity_state, window.sensitivity.findings, window.editor.area,
-    )  # fmt: skip
+    state, findings = window.sensitivity_state, window.sensitivity.findings
+    area = window.editor.area
     assert findings.isHidden()
     before, images = area.rect, box_of(window.reference, window)
     QTest.keyClick(window, Qt.Key.Key_R)
