@@ -48,10 +48,9 @@ class ImageScheduler(QObject):
         # Of the drawn volume: for a moment, the TF may have another scale, and then nothing is
         # requested.
         self.scale: ValueScale = "linear"
-        self._patience = Pause(self, HOLD_MS, self.end)
+        self._patience = Pause(self, HOLD_MS, self._let_go)
         self._still = Pause(self, STILL_MS, self._refine)
         state.inputsChanged.connect(self._ask_moving)
-        state.inputsChanged.connect(self._still.start)
         state.inputsChangeFinished.connect(self.send)
         self._of_reference = self._reference.images, self._reference.images_b
         self._channels = self._generator.images, *self._of_reference
@@ -60,7 +59,7 @@ class ImageScheduler(QObject):
             channel.pendingChanged.connect(self._ask_next)
         for channel in self._of_reference:
             channel.answered.connect(self._let_go_if_sharp)
-        self._reference.settled.connect(self.end)
+        self._reference.settled.connect(self._let_go)
 
     def send(self) -> None:
         """Request images of the present state at rest, unless they are on their way."""
@@ -72,16 +71,20 @@ class ImageScheduler(QObject):
         self._ask(self._reference.images, live=1)
 
     def end(self) -> None:
-        """Stop holding requests back."""
-        self._patience.stop()
+        """Hold nothing back any more, and wait for nothing."""
         self._still.stop()
+        self._let_go()
+
+    def _let_go(self) -> None:
+        self._patience.stop()
         self._analyst.hold(False)
 
     def _ask_moving(self) -> None:
         # A change outside a drag is immediately followed by its request at rest.
         if not self._state.live:
             return
-        self.end()
+        self._still.start()
+        self._let_go()
         self._ask(self._generator.images, live=1)
         if self.generator_follows and self._generator not in self.hidden:
             self._reference.images.cancel()
@@ -151,4 +154,4 @@ class ImageScheduler(QObject):
     def _let_go_if_sharp(self, result: Result) -> None:
         image = result.image
         if image is not None and image.width >= self.raster.width:
-            self.end()
+            self._let_go()
