@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import TypeVar
@@ -10,10 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.scene.region import Reach
+from model.scene.view import VIEW_ANGLE, View
+from model.scene.volume import Volume
 
 TIME_GROWTH = 0.83
 """Exponent of a picture's time by its number of pixels: neighbours share cached voxels. For four of
 five of the ray caster's pictures of 256 to 1024 columns it is .82 to .98."""
+
+LARGE, LARGER = 3.0, 4.0  # pixels of a voxel from which on normals are blurred, and fully so
 
 _Number = TypeVar("_Number", bound=np.generic)
 
@@ -171,3 +176,10 @@ def at_size_of(
     order = 3 if sampled else 1
     resized = resize(shown, field.shape, order=order, anti_aliasing=not sampled)
     return np.asarray(resized, dtype=np.float32)
+
+
+def blur_of(view: View, volume: Volume, raster: Raster) -> float:
+    """Return the share of two neighbours in each difference of voxels: 0 to 1/4, as Sobel's."""
+    half = view.camera_distance(volume.radius) * math.tan(math.radians(VIEW_ANGLE / 2))
+    pixels = volume.voxel_size * raster.shorter / 2 / half
+    return min(max((pixels - LARGE) / (LARGER - LARGE), 0.0), 1.0) / 4

@@ -31,7 +31,7 @@ from vtkmodules.vtkRenderingVolumeOpenGL2 import vtkOpenGLGPUVolumeRayCastMapper
 from model.errors import CannotDrawError, RenderError
 from model.rendering.opacity_correction import per_sample
 from model.rendering.opengl import drawing_errors, offscreen_window
-from model.rendering.raster import Raster
+from model.rendering.raster import Raster, blur_of
 from model.rendering.scalars import LABEL_NOISE, MISSING, marks_of, noise_of, renderable_scalars
 from model.scene.clip_plane import WHOLE_PART, ShownPart
 from model.scene.inputs import SceneInputs
@@ -111,6 +111,7 @@ class VtkRenderer:
         self._set_shown(self._part)
         self._uniforms.SetUniformi("in_isNearest", 0)
         self._uniforms.SetUniformf("in_apart", sample_distance)
+        self._uniforms.SetUniformf("in_blur", 0.0)
         actor.SetMapper(self._mapper)
         actor.SetProperty(self._properties)
         self._renderer.AddVolume(actor)
@@ -123,7 +124,7 @@ class VtkRenderer:
         if lighting != "none":
             self._renderer.AddLight(self._lamp)
             noise = NOISE * noise_of(self._scalars) / (texture_range[1] - texture_range[0])
-            lit = NORMAL_CORRECTION, _label_gradient(volume), _solid_lighting(volume, noise)
+            lit = NORMAL_CORRECTION, _wide_gradient(volume), _solid_lighting(volume, noise)
             replacements.extend(lit)
         for replacement in replacements:
             shader.AddFragmentShaderReplacement(*replacement)
@@ -157,6 +158,7 @@ class VtkRenderer:
         # VTK's opacity correction ignores opacities below 1e-4, so it is disabled.
         self._properties.SetScalarOpacityUnitDistance(distance)
         raster = Raster.of(size)
+        self._uniforms.SetUniformf("in_blur", blur_of(inputs.view, self._volume, raster))
         self._point_camera(inputs.view, raster)
         self._show_part(inputs.part)
         if inputs.mask != self._mask:
@@ -420,12 +422,12 @@ def _solid_lighting(volume: Volume, noise: float) -> tuple[str, bool, str, bool]
     return before, False, code + before, True
 
 
-def _label_gradient(volume: Volume) -> tuple[str, bool, str, bool]:
-    """Return a shader replacement that gives labels the ray caster's gradient."""
+def _wide_gradient(volume: Volume) -> tuple[str, bool, str, bool]:
+    """Return a shader replacement that gives labels and large voxels the ray caster's normals."""
     count = "vec3({}.0, {}.0, {}.0)".format(*volume.dimensions)
     before = "vec4 shading_gradient = computeGradient(g_dataPos, component, in_volume[0], 0);"
     code = f"""
-  if (in_isNearest != 0)
+  if (in_isNearest != 0 || in_blur > 0.0)
   {{
     vec3 at = clamp(g_dataPos * {count} - 0.5, vec3(0.0), {count} - 1.0);
     float own = texture3D(in_volume[0], (floor(at + 0.5) + 0.5) / {count}).r;
@@ -434,17 +436,23 @@ def _label_gradient(volume: Volume) -> tuple[str, bool, str, bool]:
     {{
       vec3 voxel = floor(at) + vec3(float(n % 4), float(n / 4 % 4), float(n / 16)) - 1.0;
       vec3 inside = clamp(voxel, vec3(0.0), {count} - 1.0);
-      if (texture3D(in_volume[0], (inside + 0.5) / {count}).r == own)
+      float value = texture3D(in_volume[0], (inside + 0.5) / {count}).r;
+      vec3 u = at - voxel;
+      vec3 t = abs(u);
+      vec3 near = max(1.0 - t, 0.0);
+      vec3 rest = 2.0 - t;
+      vec3 w = near + in_blur * (min(t, rest) - 2.0 * near);
+      vec3 d = -sign(u) * min(t, rest);
+      if (in_isNearest != 0)
       {{
-        vec3 u = at - voxel;
-        vec3 t = abs(u);
-        vec3 rest = max(2.0 - t, 0.0);
+        value = value == own ? 1.0 : 0.0;
         vec3 isNear = vec3(lessThan(t, vec3(1.0)));
-        vec3 w = mix(rest * rest * rest / 6.0, 2.0 / 3.0 - t * t + 0.5 * t * t * t, isNear);
-        vec3 d = mix(-0.5 * rest * rest * sign(u), u * (1.5 * t - 2.0), isNear);
-        towards += vec3(d.x * w.y * w.z, w.x * d.y * w.z, w.x * w.y * d.z);
+        w = mix(rest * rest * rest / 6.0, 2.0 / 3.0 - t * t + 0.5 * t * t * t, isNear);
+        d = mix(-0.5 * rest * rest * sign(u), u * (1.5 * t - 2.0), isNear);
       }}
+      towards += value * vec3(d.x * w.y * w.z, w.x * d.y * w.z, w.x * w.y * d.z);
     }}
+    towards *= in_isNearest != 0 ? 1.0 : in_volume_scale[0].r;
     shading_gradient.xyz = towards / in_cellSpacing[0];
   }}
   """

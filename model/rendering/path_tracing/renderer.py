@@ -22,7 +22,7 @@ from model.rendering.path_tracing.scattering import (
     single_scattering_albedo,
 )
 from model.rendering.path_tracing.tracking import Extinction, Scatterer
-from model.rendering.raster import Raster
+from model.rendering.raster import Raster, blur_of
 from model.rendering.raycast.batch import CLOSE
 from model.rendering.raycast.classification import LARGEST_ERROR, color_table, opacity_table
 from model.rendering.raycast.illumination import travel_direction
@@ -35,7 +35,6 @@ from model.scene.inputs import SceneInputs
 from model.scene.mask import Mask
 from model.scene.scene import LightDirection
 from model.scene.transfer_function import OpacityTF
-from model.scene.view import VIEW_ANGLE
 from model.scene.volume import Volume
 
 SAMPLES = 64  # samples of each pixel where no number is asked for
@@ -46,9 +45,9 @@ PIXELS_PER_TASK, PATHS_PER_TASK = 1024, 4096
 MOST_TOGETHER = 8
 """Samples of a pixel that are traced at once, as one walk along the view ray serves all of them."""
 
-LARGE, FINER = 4.0, 8
-"""Size of a voxel in pixels from which samples along view rays are so many times as close: each
-step would be a ring on smooth surfaces."""
+FINER = 16
+"""Factor by which samples along view rays are closer where voxels are large at rest: each step
+would be a ring on smooth surfaces."""
 
 NOISE = 3.0
 """Gradient, in standard deviations of the voxels' noise, that is a surface in half of all cases."""
@@ -203,10 +202,11 @@ class PathTracer:
         self, inputs: SceneInputs, raster: Raster, distance: float | None, at_rest: bool
     ) -> _Seen:
         distance, volume = distance or self.sample_distance, self._volume
-        if at_rest and self._voxel_pixels(inputs, raster) > LARGE:
+        blur = blur_of(inputs.view, volume, raster) if at_rest else 0.0
+        if blur > 0:
             distance /= FINER
         return _Seen(
-            self._scatterer(inputs, distance),
+            self._scatterer(inputs, distance, blur),
             camera_array(inputs.view, volume, raster, inputs.part),
             distance * volume.voxel_size,
             distance <= CLOSE and not inputs.is_nearest(volume),
@@ -233,23 +233,20 @@ class PathTracer:
             return None
         return np.clip(unlit, 0, 1, out=unlit)
 
-    def _scatterer(self, inputs: SceneInputs, distance: float) -> Scatterer:
+    def _scatterer(self, inputs: SceneInputs, distance: float, blur: float) -> Scatterer:
         volume = self._volume
         extinction = self._extinction(inputs.mask, inputs.opacity_tf)
         opacity = opacity_table(inputs.opacity_tf, volume.scalar_range, distance, inputs.mask)
+        if blur > 0:
+            extinction = extinction.of_splines(self._voxels.under(inputs.mask).cells.shape)
+        medium = self._voxels.medium(inputs, opacity, extinction.cells)
         return Scatterer(
-            self._voxels.medium(inputs, opacity, extinction.cells),
+            medium._replace(blur=np.float32(blur), smooth=np.float32(4 * blur)),
             extinction.majorants,
             extinction.levels,
             faces_of(inputs.part, volume),
             tuple(np.float32(volume.voxel_size / s) for s in volume.spacing),
         )
-
-    def _voxel_pixels(self, inputs: SceneInputs, raster: Raster) -> float:
-        """Return the size of a voxel in the volume's middle, in pixels."""
-        away = inputs.view.camera_distance(self._volume.radius)
-        half = away * math.tan(math.radians(VIEW_ANGLE / 2))
-        return self._volume.voxel_size * raster.shorter / 2 / half
 
     def _optics(self, inputs: SceneInputs) -> Optics:
         lamp, volume = self._lamp, self._volume

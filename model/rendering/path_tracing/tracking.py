@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter
 
 from model.compilation import inlined
 from model.rendering.path_tracing.random_numbers import following, hashed, number_of
@@ -21,7 +22,14 @@ from model.rendering.raycast.cells import MinMaxCells
 from model.rendering.raycast.classification import LEVELS, LEVELS_PER_BIN
 from model.rendering.raycast.rays import HUGE, ONE, ZERO, dot, inverse_step, times
 from model.rendering.raycast.shading import depth_below
-from model.rendering.raycast.trilinear import clamp, hidden_share, locate, nearest_of, value_at
+from model.rendering.raycast.trilinear import (
+    clamp,
+    hidden_share,
+    locate,
+    nearest_of,
+    smoothed,
+    value_at,
+)
 
 ADVANCE = np.float32(1e-3)
 """Least step from cell to cell, in voxel sizes, so that rounding stops no ray."""
@@ -55,7 +63,7 @@ def level_at(medium, x, y, z):
     if medium.is_nearest:
         value = np.float32(voxels[nearest_of(shape, place, weights)])
     else:
-        value = value_at(voxels, shape, place, weights)
+        value = smoothed(medium, value_at(voxels, shape, place, weights), x, y, z)
     level = level_of(value, medium.scale)
     if len(medium.missing) > 0:
         share = hidden_share(medium.missing, shape, medium.is_nearest, place, weights)
@@ -154,6 +162,14 @@ class Extinction(NamedTuple):
         in_bin = levels[:LEVELS:LEVELS_PER_BIN]
         shown = cells.distances(_touched(in_bin))
         return cls(levels.astype(np.float32), cells.greatest(in_bin), shown)
+
+    def of_splines(self, shape: tuple[int, int, int]) -> Extinction:
+        """Return it for cells (x, y, z) of values that voxels next to a cell have a share in.
+
+        Adjacent cells have common voxels, so that all between both's values is in one of them.
+        """
+        wide = maximum_filter(self.majorants.reshape(shape[::-1]), 3)
+        return Extinction(self.levels, wide.ravel(), np.maximum(self.cells - 1, 0))
 
 
 def _touched(values: NDArray[np.floating]) -> NDArray[np.bool_]:

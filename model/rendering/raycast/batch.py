@@ -31,6 +31,7 @@ from model.rendering.raycast.trilinear import (
     locate,
     pair_type,
     rows_at,
+    smoothed,
     weights_of,
 )
 
@@ -129,6 +130,10 @@ def fetch(medium, ray, k, levels, staging):
         _read(voxels, shape, False, ray, k, np.float32(GROUP), BATCH + 1, staging)
         for m in range(BATCH + 1):
             staging.x[m] = _value(voxels, staging, m)
+        # A loop of its own: with a call the one before is not vectorized.
+        for m in range(BATCH + 1 if medium.smooth > ZERO else 0):
+            x, y, z = place_on(ray, min(first + np.float32(GROUP * m), ray.last))
+            staging.x[m] = smoothed(medium, staging.x[m], x, y, z)
         for m in range(BATCH):
             slope = (staging.x[m + 1] - staging.x[m]) / np.float32(GROUP)
             for n in range(GROUP):

@@ -104,7 +104,10 @@ def march(medium, colors, light, glow, ray, opaque, levels, staging, total, piec
                             common, common_gloss = shade(medium, light, glow, ray, middle)
                         diffuse, gloss = common, common_gloss
                     if weight > FADING * full:
-                        own, own_gloss = shade(medium, light, glow, ray, _middle(k + m, group))
+                        seen = np.float32(k + m)
+                        if is_close:
+                            seen += _visible_middle(alphas, levels, m, clear)
+                        own, own_gloss = shade(medium, light, glow, ray, seen)
                         part = min((weight / full - FADING) / (ONE - FADING), ONE)
                         diffuse += part * (own - diffuse)
                         gloss += part * (own_gloss - gloss)
@@ -137,6 +140,19 @@ def march(medium, colors, light, glow, ray, opaque, levels, staging, total, piec
 def _middle(first, count):
     """Return the place amid so many samples in a row."""
     return np.float32(first) + np.float32(count - 1) * HALF
+
+
+@inlined
+def _visible_middle(alphas, levels, first, clear):
+    """Return the mean place in a group of its visible samples, given how clear it is in all.
+
+    In its middle instead, each group would be a ring where light changes with depth.
+    """
+    total, through = ZERO, ONE
+    for n in range(GROUP - 1):
+        through *= ONE - alphas[np.uint64(np.uint32(levels[first + n]))]
+        total += through - clear
+    return min(max(total / (ONE - clear), ZERO), np.float32(GROUP - 1))
 
 
 @inlined

@@ -78,6 +78,8 @@ class Medium(NamedTuple):
     shift: Any  # int: base-2 logarithm of a cell's edge in voxels
     alphas: Any  # float32, 1-D: opacity of a sample at each level, see `opacity_table`
     is_nearest: Any  # bool: whether samples have the nearest voxel's value, as labels do
+    blur: Any  # float32: share of each of two neighbours in a normal, see `blur_of`
+    smooth: Any  # float32: share of values by cubic B-spline, of close samples and of paths
 
 
 class Ray(NamedTuple):

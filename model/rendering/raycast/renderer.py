@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from model.errors import RenderError
 from model.measurements import processors
 from model.rendering.opacity_correction import least_transparency
-from model.rendering.raster import Raster
+from model.rendering.raster import Raster, blur_of
 from model.rendering.raycast.batch import CLOSE
 from model.rendering.raycast.cells import SHIFT, MinMaxCells
 from model.rendering.raycast.classification import (
@@ -115,6 +115,8 @@ class KernelVoxels:
             SHIFT,
             opacity,
             inputs.is_nearest(self._volume),
+            np.float32(0),
+            np.float32(0),
         )
 
 
@@ -168,7 +170,8 @@ class RaycastRenderer:
     ) -> Iterator[None]:
         """Call this before each part of what is computed meanwhile; it may raise to give up.
 
-        A coarse grid of soft light takes an eighth of the time, for what moves.
+        For what moves: a coarse grid of soft light takes an eighth of the time, and a normal that
+        is not blurred half.
         """
         before = self._go_on, self._is_coarsely_lit
         self._go_on, self._is_coarsely_lit = go_on or self._go_on, is_coarsely_lit
@@ -305,7 +308,7 @@ class RaycastRenderer:
             turn = grid.changes(*self._soft_inputs(inputs), edits)
             turn = turn._replace(grid=turn.grid.reshape(-1))
         arguments = (
-            self._voxels.medium(inputs, classified.opacity, cells),
+            self._medium(inputs, raster, classified)._replace(cells=cells),
             changes,
             color_table(inputs.color_tf, volume.scalar_range),
             light or NO_LIGHT,
@@ -331,7 +334,7 @@ class RaycastRenderer:
         distance, volume, raster = self.sample_distance, self._volume, Raster.of(size)
         classified = self._classified(inputs)
         arguments = (
-            self._voxels.medium(inputs, classified.opacity, classified.cells),
+            self._medium(inputs, raster, classified),
             self._camera(inputs, raster),
             distance * volume.voxel_size,
             raster.columns,
@@ -379,7 +382,7 @@ class RaycastRenderer:
         image = np.empty((*raster.shape, 4), dtype=np.float32)
         volume, classified = self._volume, self._classified(inputs, distance)
         arguments = (
-            self._voxels.medium(inputs, classified.opacity, classified.cells),
+            self._medium(inputs, raster, classified),
             color_table(inputs.color_tf, volume.scalar_range, classified.opacity),
             *(self._lit(inputs, classified) if lit else (None, None)),
             np.float32(LARGEST_ERROR / 2 if self.terminate_early else 0),
@@ -402,6 +405,12 @@ class RaycastRenderer:
             draw(*arguments, (row, min(row + ROWS_PER_TASK, size)), image, *others)
 
         list(self._executor.map(task, range(0, size, ROWS_PER_TASK)))
+
+    def _medium(self, inputs: SceneInputs, raster: Raster, classified: Classification) -> Medium:
+        """Return the volume for kernels: at rest, normals of large voxels are blurred."""
+        blur = 0.0 if self._is_coarsely_lit else blur_of(inputs.view, self._volume, raster)
+        medium = self._voxels.medium(inputs, classified.opacity, classified.cells)
+        return medium._replace(blur=np.float32(blur))
 
     def _camera(self, inputs: SceneInputs, raster: Raster) -> NDArray[np.float64]:
         return camera_array(inputs.view, self._volume, raster, inputs.part)
@@ -428,7 +437,7 @@ class RaycastRenderer:
         classified = self._classified(inputs)
         light, glow = self._lit(inputs, classified)
         return (
-            self._voxels.medium(inputs, classified.opacity, classified.cells),
+            self._medium(inputs, raster, classified),
             color_table(inputs.color_tf, volume.scalar_range),
             light or NO_LIGHT,
             glow or NO_GRID,

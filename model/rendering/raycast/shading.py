@@ -12,9 +12,9 @@ from model.rendering.raycast.rays import ONE, ZERO, dot, place_on, times
 from model.rendering.raycast.trilinear import (
     HALF,
     clamp,
-    interpolate_inside,
     locate,
     nearest_of,
+    spline,
     value_at,
 )
 from model.scene.clip_plane import ShownPart
@@ -210,22 +210,16 @@ def gradient(medium, x, y, z):
     """Interpolate the differences between the next and the previous voxel along each axis.
 
     That is the same as the difference of the field interpolated a voxel further and a voxel
-    back, with positions outside clamped to the faces, but shares rows of voxels. Of labels, whose
-    differences mean nothing, it is :func:`_towards_own`.
+    back, with positions outside clamped to the faces, but shares rows of voxels. Next to the faces,
+    of labels, whose differences mean nothing, and of large voxels it is :func:`_by_64`.
     """
     voxels, shape = medium.voxels, medium.shape
-    if medium.is_nearest:
-        return _towards_own(voxels, shape, x, y, z)
     inner = x >= ONE and y >= ONE and z >= ONE
     inner = inner and x < np.float32(shape[0] - 2) and y < np.float32(shape[1] - 2)
-    if not (inner and z < np.float32(shape[2] - 2)):
-        gx = interpolate_inside(voxels, shape, x + ONE, y, z)
-        gx -= interpolate_inside(voxels, shape, x - ONE, y, z)
-        gy = interpolate_inside(voxels, shape, x, y + ONE, z)
-        gy -= interpolate_inside(voxels, shape, x, y - ONE, z)
-        gz = interpolate_inside(voxels, shape, x, y, z + ONE)
-        gz -= interpolate_inside(voxels, shape, x, y, z - ONE)
-        return gx, gy, gz
+    if medium.is_nearest:
+        return _by_64(voxels, shape, None, x, y, z)
+    if not (inner and z < np.float32(shape[2] - 2) and medium.blur == ZERO):
+        return _by_64(voxels, shape, medium.blur, x, y, z)
     place, (fx, fy, fz) = locate(shape, x, y, z)
     row, layer = np.uint64(shape[0]), np.uint64(shape[0] * shape[1])
     # In the nearest row, the next row, the next layer, and the next row of that one.
@@ -274,11 +268,12 @@ def _change(before, first, second, behind, share):
 
 
 @called
-def _towards_own(voxels, shape, x, y, z):
-    """Gradient of the share of the nearest voxel's label among the 64 around.
+def _by_64(voxels, shape, blur, x, y, z):
+    """Gradient of the values of the 64 voxels around, or of the share of the nearest one's label.
 
-    They are weighted by a cubic B-spline, so that a staircase of voxels is a smooth surface. It
-    does not depend on the TF, as the derivatives by it demand.
+    Labels (the blur is None) are weighted by a cubic B-spline: a staircase of voxels is a smooth
+    surface. Values are blurred across each difference, as by Sobel's operator: each step of large
+    voxels' values would be a ring. The TF does not count, as the derivatives by it demand.
     """
     x, y, z = clamp(x, shape[0]), clamp(y, shape[1]), clamp(z, shape[2])
     place, weights = locate(shape, x, y, z)
@@ -287,27 +282,28 @@ def _towards_own(voxels, shape, x, y, z):
     gx, gy, gz = ZERO, ZERO, ZERO
     for n in range(16):
         b, c = j - 1 + (n & 3), k - 1 + (n >> 2)
-        wy, dy = _spline(y - np.float32(b))
-        wz, dz = _spline(z - np.float32(c))
+        wy, dy = _weights(blur, y - np.float32(b))
+        wz, dz = _weights(blur, z - np.float32(c))
         row = shape[0] * (min(max(b, 0), shape[1] - 1) + shape[1] * min(max(c, 0), shape[2] - 1))
-        share, change = ZERO, ZERO
+        total, change = ZERO, ZERO
         for a in range(i - 1, i + 3):
-            if voxels[np.uint64(row + min(max(a, 0), shape[0] - 1))] == own:
-                wx, dx = _spline(x - np.float32(a))
-                share += wx
-                change += dx
+            voxel = voxels[np.uint64(row + min(max(a, 0), shape[0] - 1))]
+            value = np.float32(voxel == own) if blur is None else np.float32(voxel)
+            wx, dx = _weights(blur, x - np.float32(a))
+            total += wx * value
+            change += dx * value
         gx += change * wy * wz
-        gy += share * dy * wz
-        gz += share * wy * dz
+        gy += total * dy * wz
+        gz += total * wy * dz
     return gx, gy, gz
 
 
 @inlined
-def _spline(u):
-    """Cubic B-spline at a distance of up to 2, and its derivative."""
+def _weights(blur, u):
+    """Weights of a voxel at a distance of up to 2: in a value, and in its difference."""
+    if blur is None:
+        return spline(u)
+    # Linear interpolation of blurred values, and of central differences.
     t = abs(u)
-    if t < ONE:
-        return np.float32(2 / 3) - t * t + HALF * t * t * t, u * (np.float32(1.5) * t - TWO)
-    rest = TWO - t
-    slope = -HALF * rest * rest
-    return rest * rest * rest / np.float32(6), slope if u > ZERO else -slope
+    near, beyond = max(ONE - t, ZERO), min(t, TWO - t)
+    return near + blur * (beyond - TWO * near), -beyond if u > ZERO else beyond

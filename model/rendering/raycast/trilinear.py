@@ -7,7 +7,7 @@ from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
 
-from model.compilation import inlined
+from model.compilation import called, inlined
 from model.rendering.scalars import MASKED, MISSING
 
 ZERO, HALF, ONE = np.float32(0), np.float32(0.5), np.float32(1)
@@ -151,13 +151,42 @@ def value_at(voxels, shape, place, weights):
 
 
 @inlined
-def interpolate_inside(voxels, shape, x, y, z):
-    """Interpolate at any position, with positions outside clamped to the nearest face."""
-    place, weights = locate(shape, clamp(x, shape[0]), clamp(y, shape[1]), clamp(z, shape[2]))
-    return value_at(voxels, shape, place, weights)
-
-
-@inlined
 def clamp(place, count):
     """Return the nearest position along an axis that lies between its voxels."""
     return min(max(place, np.float32(0)), np.float32(count - 1))
+
+
+@inlined
+def smoothed(medium, value, x, y, z):
+    """Return an interpolated value, as far as a medium is smooth a cubic B-spline's."""
+    if medium.smooth <= ZERO:
+        return value
+    return value + medium.smooth * (_spline_at(medium.voxels, medium.shape, x, y, z) - value)
+
+
+@called
+def _spline_at(voxels, shape, x, y, z):
+    """Return a cubic B-spline's value, from the 64 voxels around."""
+    i, j, k = np.int32(x), np.int32(y), np.int32(z)
+    total = ZERO
+    for n in range(16):
+        b, c = j - 1 + (n & 3), k - 1 + (n >> 2)
+        row = shape[0] * (min(max(b, 0), shape[1] - 1) + shape[1] * min(max(c, 0), shape[2] - 1))
+        line = ZERO
+        for a in range(i - 1, i + 3):
+            voxel = np.float32(voxels[np.uint64(row + min(max(a, 0), shape[0] - 1))])
+            line += spline(x - np.float32(a))[0] * voxel
+        total += spline(y - np.float32(b))[0] * spline(z - np.float32(c))[0] * line
+    return total
+
+
+@inlined
+def spline(u):
+    """Cubic B-spline at a distance of up to 2, and its derivative."""
+    t = abs(u)
+    if t < ONE:
+        value = np.float32(2 / 3) - t * t + HALF * t * t * t
+        return value, u * (np.float32(1.5) * t - np.float32(2))
+    rest = np.float32(2) - t
+    slope = -HALF * rest * rest
+    return rest * rest * rest / np.float32(6), slope if u > ZERO else -slope
