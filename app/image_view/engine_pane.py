@@ -229,16 +229,13 @@ class EnginePane(QWidget):
         is_soon = self._speed and time.monotonic() < self._said_at + CALM_S
         if said != self._said and not is_soon:
             self._said, self._said_at = said, time.monotonic()
-            self._write(title, text, tone, lines)
+            self.caption.set_title(title)
+            self.caption.set_detail(text, tone)
+            self.canvas.setAccessibleName(self.caption.accessibleName())
+            self.caption.setToolTip(wrapped(lines))
+            self.place_caption(self.caption.parent())
         self.canvas.progress = self._progress()
         self.statusShown.emit()
-
-    def _write(self, title: str, text: str, tone: Tone, lines: list[str]) -> None:
-        self.caption.set_title(title)
-        self.caption.set_detail(text, tone)
-        self.canvas.setAccessibleName(self.caption.accessibleName())
-        self.caption.setToolTip(wrapped(lines))
-        self.place_caption(self.caption.parent())
 
     def place_caption(self, over: QObject | None) -> None:
         """Put the caption over a canvas; that of A has those of A and B next to its wipe line."""

@@ -128,7 +128,7 @@ TIP = (
     f"{SENTENCES['RMSE']} Difference (D) shows where."
 )
 TIP_B = f"Difference (RMSE) from A. {SENTENCES['RMSE']} Difference (D) shows where."
-LEAST_SAID = 0.0005  # least difference that is not 0 in the shown digits
+SHOWN = 0.0005  # least difference that is not 0 in the shown digits
 UNUSUAL = (
     "It is far above the errors of the model's test images: no such TF or view was among them."
 )
@@ -226,7 +226,7 @@ class ImageError(QObject):
         lighting = self._workspace.reference.settings.lighting
         said, tip, is_unusual = f"error {error:.3f}".replace(" 0.", " ."), TIP, False
         if compared.is_of_b:
-            said = "same as A" if error < LEAST_SAID else said.replace("error", "differs from A by")
+            said = "same as A" if error < SHOWN else said.replace("error", "differs from A by")
             tip = TIP_B
         elif lighting == "path" and not error:
             # With one sample, the ground truth is the generator's own picture.
