@@ -339,7 +339,7 @@ class MainWindow(WindowParts):
         self.scene_notices.offer_logarithm()
         self.scene_notices.offer_labels()
         self.menus.refresh()
-        self.editor.moves.select_strongest()
+        self.editor.selection.clear()
         self.plot_memory.settle()
 
     def _show_range(self, opened: OpenedVolume) -> None:
