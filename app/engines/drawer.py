@@ -140,7 +140,8 @@ class Drawer:
         half = self._image(partial(drawn, ((0, 0), (1, 1))))
         shown = half.rgba.copy()
         fill_white_squares(shown)
-        yield replace(half, rgba=shown, is_last=False, is_preview=True)
+        # Its time judges no light.
+        yield replace(half, rgba=shown, is_last=False, is_preview=True, quiet_seconds=None)
         rest = self._image(partial(drawn, ((0, 1), (1, 0))))
         seconds = half.seconds + rest.seconds
         quiet = (half.quiet_seconds or 0.0) + (rest.quiet_seconds or 0.0)

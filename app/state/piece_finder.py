@@ -61,6 +61,8 @@ class PieceFinder(QObject):
     def take_at(self, place: Triple, alone: bool) -> None:
         """Show the piece at a place alone, or all but it, as soon as it is found."""
         if (volume := self._volume()) is not None:
+            # A search at the clicked place may be running.
+            self._call.forget()
             self._wanted, self._waits = None, alone
             self._call.ask(partial(pieces_at, volume, self._state.inputs, np.array(place)))
 

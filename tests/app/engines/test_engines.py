@@ -102,7 +102,8 @@ def test_every_pixel_is_drawn_in_the_end_and_something_is_seen_soon(clock, secon
     half = next((image for image in images[:-1] if image.width == PANE.width), None)
     assert (half is not None) == (images[-1].seconds > SOON_SECONDS)
     if half is not None:
-        assert half.is_preview and half.seconds == pytest.approx(images[-1].seconds / 2)
+        assert half.is_preview and half.quiet_seconds is None
+        assert half.seconds == pytest.approx(images[-1].seconds / 2)
         np.testing.assert_allclose(half.rgba[:, 1:-1], images[-1].rgba[:, 1:-1], atol=1.01e-3)
     # A finer image than what moves, which is there, or none.
     (moved,) = engine.images_of(MOVING)

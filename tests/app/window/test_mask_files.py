@@ -124,19 +124,19 @@ def test_a_piece_is_shown_alone_or_cut_away_and_each_is_one_edit(qtbot, window):
 def test_keys_in_a_slice_take_the_piece_at_the_cross_hair(qtbot, window):
     window.slices.toggle()
     view = window.slices.column.views[0]
-    window.slices.state.move((3 / 11, 0.5, 0.5))
     view.setFocus()
     qtbot.waitUntil(view.hasFocus)
     for key in (Qt.Key.Key_I, Qt.Key.Key_X):
+        # What was clicked in the image is still sought.
+        window.sensitivity_state.pick((0.58, 0.5))
+        window.slices.state.move((3 / 11, 0.5, 0.5))
         QTest.keyClick(view, key)
         qtbot.waitUntil(lambda: shown(window) is not None, timeout=1000 * PATIENCE_S)
         assert is_left(shown(window)) == (key == Qt.Key.Key_I)
         window.state.edits.undo()
 
 
-def test_a_mask_is_there_in_the_next_run_and_in_sessions(
-    qtbot, window, builders, tmp_path, monkeypatch
-):
+def test_the_next_run_and_sessions_have_a_mask(qtbot, window, builders, tmp_path, monkeypatch):
     click(qtbot, window, 0.42).text.linkActivated.emit("a0")
     mask, session = window.state.inputs.mask, tmp_path / "a.tfscope"
     running, most = [], []
