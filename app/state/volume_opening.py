@@ -125,7 +125,7 @@ class VolumeOpening(QObject):
 
     def follow_model(self) -> None:
         """Show the volume being read with the open model, which was chosen later."""
-        self.wanted = replace(self.wanted, model=None)
+        self.wanted = replace(self.wanted, model=self._model.folder if self.is_reading else None)
         self._model_now = self._present_model()
 
     def model_for(self, fingerprint: str) -> Path | None:

@@ -62,12 +62,13 @@ def test_a_mask_is_labels_of_which_some_are_shown(tmp_path, name, none):
 
 
 def test_labels_that_are_all_alike_show_all_or_nothing(tmp_path):
-    for name, value in (("ones.nrrd", 1), ("none.nii.gz", 0)):
-        image = SimpleITK.GetImageFromArray(np.full((4, 5, 6), value, np.uint8))
-        SimpleITK.WriteImage(image, str(tmp_path / name))
+    every = {"ones.nrrd": 0 * SOME + 1, "none.nii": 0 * SOME, "nan.nrrd": np.where(SOME, 1, np.nan)}
+    for name, voxels in every.items():
+        SimpleITK.WriteImage(SimpleITK.GetImageFromArray(voxels), str(tmp_path / name))
+    assert read_mask(tmp_path / "nan.nrrd", volume()) == Mask.of(SOME)
     assert read_mask(tmp_path / "ones.nrrd", volume()) is None
     with pytest.raises(TfscopeError, match="Nothing would be left"):
-        read_mask(tmp_path / "none.nii.gz", volume())
+        read_mask(tmp_path / "none.nii", volume())
 
 
 def test_labels_are_named_as_the_file_names_them():
