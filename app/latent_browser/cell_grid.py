@@ -197,9 +197,9 @@ class CellGrid(KeyedWidget):
 def caption_of(picture: GridPicture, cell: int) -> str:
     """Return how many TFs a picture averages, or by how much it is brightened."""
     if picture.cells is not None:
-        return str(int(picture.cells.count.flat[cell]))
+        return f"{picture.cells.count.flat[cell]:.0f} TFs"
     exposure = picture.exposures.get(cell, 1.0)
-    return f"\u00d7 {exposure:.0f}" if exposure >= LEAST_TOLD else ""
+    return f"{exposure:.0f} \u00d7 as bright" if exposure >= LEAST_TOLD else ""
 
 
 def explanation_of(picture: GridPicture, cell: int) -> str:
@@ -207,7 +207,7 @@ def explanation_of(picture: GridPicture, cell: int) -> str:
     if picture.tfs[cell] is None:
         return "There is no TF in this part of the map."
     if picture.cells is not None:
-        return f"The mean of {caption_of(picture, cell)} TFs. Click to take it."
+        return f"The mean of {caption_of(picture, cell)}. Click to take it."
     if not caption_of(picture, cell):
         return "Click to take this TF."
     factor = f"{picture.exposures[cell]:.0f}"

@@ -155,12 +155,10 @@ class ChipBar(QWidget):
         self,
         asked: SensitivityState,
         histogram: HistogramLayer,
-        open_panel: Callable[[bool], object],
         show_table: Callable[[], object],
     ) -> None:
         super().__init__()
         self._state, self._histogram = asked, histogram
-        self._open_panel = open_panel
         self.region = Chip(
             "Whole image", "region", "The part of the image that curve and values refer to"
         )
@@ -172,7 +170,7 @@ class ChipBar(QWidget):
         self.voxels = Chip("Voxels", "voxels", VOXELS_TIP, self._show_voxels)
         self.panel = IconButton("panel", "Values and edits", "F8")
         self.panel.setCheckable(True)
-        self.panel.clicked.connect(open_panel)
+        self.panel.clicked.connect(asked.open_panel)
         self.regions_menu = QMenu(self)
         self.regions_menu.aboutToShow.connect(self.fill_regions)
         self.change_menu = menu = QMenu(self)
@@ -229,7 +227,7 @@ class ChipBar(QWidget):
     def _choose_region(self, number: int) -> None:
         self._state.activate(number - 1 if number else None)
         if number:
-            self._open_panel(True)
+            self._state.open_panel()
 
     def ask_name(self) -> QInputDialog | None:
         """Ask for another name of the active region."""

@@ -315,7 +315,10 @@ def _square_together(
 def _resized(field: NDArray[np.float64], image: NDArray[np.float32]) -> NDArray[np.float64]:
     if field.shape == image.shape[:2]:
         return field
-    # Imported here: the window starts without it.
+    # Imported here: the window starts without them.
+    from scipy.ndimage import uniform_filter
     from skimage.transform import resize
 
-    return np.asarray(resize(field, image.shape[:2], order=1))
+    # The mean over a pixel of a coarse field hides their grid: a quadratic spline.
+    size = max(image.shape[0] // field.shape[0], 1)
+    return np.asarray(uniform_filter(resize(field, image.shape[:2], order=1), size))

@@ -26,7 +26,7 @@ from model.sensitivity.peaks import (
 )
 
 GOOD, FAIR = 0.9, 0.7  # least cosines of good and fair agreement
-NOTABLE = 2.0  # ratio of learned to exact responses from which the panel reports it
+NOTABLE, MOST = 2.0, 1000.0  # ratio of learned to exact responses from which the panel reports it
 ROWS = 3  # most values, and most edits
 LEAST_SAID = 0.001  # least change of pixel values that is shown: a quarter of an 8-bit step
 
@@ -150,7 +150,7 @@ def edits_found(
     edits = [_edit(asker, number, interval) for number, interval in enumerate(peaks.intervals, 1)]
     if peaks.intervals:
         out = peaks.left_out
-        note = "" if out is None else f"background at {asker.state.value_text(out)} is not listed"
+        note = "" if out is None else f"Not listed: {asker.state.value_text(out)}, the background"
     elif is_fresh:
         # Or it only rises towards values of hardly any voxel.
         flat = peaks.strongest is None
@@ -205,11 +205,9 @@ def source_text(workspace: Workspace) -> str:
         elif exact not in asker.regions and not hint:
             folder = workspace.model.folder
             recorded = None if folder is None else recorded_agreement(folder)
-            parts.append(
-                "agreement not measured"
-                if recorded is None
-                else f"{gloss('Cosine')} on its test images {recorded:.2f}, {_trust_word(recorded)}"
-            )
+            found = "" if recorded is None else f"{short(recorded)}, {_trust_word(recorded)}"
+            on_test = f"{gloss('Cosine')} on its test images {found}"
+            parts.append(on_test if found else "agreement not measured")
         if "exact" in asker.order("region") and exact not in asker.regions:
             parts.append(f"{name} …")
         if hint:
@@ -223,9 +221,11 @@ def source_text(workspace: Workspace) -> str:
 
 
 def _agreement_text(found: Agreement, hint: str) -> str:
-    words = [f"{gloss('Cosine')} {found.cosine:.2f}"]
-    if not 1 / NOTABLE < found.strength < NOTABLE:
-        words.append(f"{found.strength:.1f} times as strong")
+    words, strength = [f"{gloss('Cosine')} {short(found.cosine)}"], found.strength
+    if strength >= NOTABLE:
+        words.append(f"{short(min(strength, MOST))} times too strong")
+    elif strength <= 1 / NOTABLE:
+        words.append(f"{short(1 / max(strength, 1 / MOST))} times too weak")
     elif not hint:
         # Outside the model's training, agreement is chance.
         words.append(_trust_word(found.cosine))

@@ -209,7 +209,6 @@ class FindingsPanel(QFrame):
         super().__init__()
         self._asker, self._layer, self._actions, self._what_if = asker, layer, actions, what_if
         self._fitted = fitted  # called after it has opened or closed
-        self._wanted: bool | None = None  # open or closed by the user; None: open if there is room
         self._has_room = self._is_folded = self._is_low = self._holds = False
         self.values = Values()
         self.setProperty("role", "side")
@@ -218,11 +217,12 @@ class FindingsPanel(QFrame):
         self.title.setProperty("role", "title")
         self.title.setFixedHeight(HEADER_HEIGHT)
         self.values_heading, self.values_note, self.edits_heading, self.edits_note = (
-            _heading() for _ in range(4)
+            _heading(text) for text in ("Values visible", "", "", "")
         )
+        self.edits_heading.setMinimumWidth(1)  # the region's name may be long
         self.rename = IconButton("rename", "Rename the region")
         self.close_button = IconButton("close", "Close", "Esc")
-        self.close_button.clicked.connect(lambda: self.set_open(False))
+        self.close_button.clicked.connect(lambda: asker.asked.open_panel(False))
         self.height_box = NumberBox()
         self.height_box.setFixedSize(44, 22)
         self.height_box.setAccessibleName("Opacity of the modes to add")
@@ -262,20 +262,14 @@ class FindingsPanel(QFrame):
     @property
     def is_open(self) -> bool:
         """Whether the panel is visible."""
-        is_wanted = self._has_room if self._wanted is None else self._wanted
-        return is_wanted and self._asker.asked.choices.shown and not self._is_folded
+        choices = self._asker.asked.choices
+        is_wanted = self._has_room if choices.panel is None else choices.panel
+        return is_wanted and choices.shown and not self._is_folded
 
     @property
     def is_asked_for(self) -> bool:
         """Whether the user has opened it."""
-        return self.is_open and bool(self._wanted)
-
-    def set_open(self, is_open: bool) -> None:
-        """Open or close it."""
-        self._wanted = is_open
-        if is_open and not self._asker.asked.choices.shown:
-            self._asker.asked.choose(shown=True)
-        self.show_open()
+        return self.is_open and bool(self._asker.asked.choices.panel)
 
     def show_open(self) -> None:
         """Show or hide the panel."""
@@ -299,7 +293,6 @@ class FindingsPanel(QFrame):
         target = self._edits_line if is_low else self._foot
         if target.indexOf(self._what_if.button) < 0:
             target.insertWidget(1 if is_low else 0, self._what_if.button)
-        self.edits_heading.setText("Modes" if is_low else "New modes")
         self.show_open()
 
     def leaveEvent(self, event: QEvent) -> None:
@@ -317,11 +310,10 @@ class FindingsPanel(QFrame):
         self.values = self.values.of(asker, self._holds)
         values = values_found(asker, self.values.found)
         edits, effects = edits_found(asker, layer.peaks, values)
-        # With little room, there is no heading of values.
-        is_place = asker.asked.place is not None
-        heading = "Values at the clicked place" if is_place else "Values visible"
-        self.values_heading.setText(heading)
-        self.title.set_full_text(heading if self._is_low and is_place else asker.asked.region_name)
+        name, is_place = asker.asked.region_name, asker.asked.place is not None
+        self.title.set_full_text("Clicked place" if is_place else name)
+        # Edits are always those of the region.
+        self.edits_heading.setText(f"{name}: add" if is_place else "Add a mode")
         self.rename.setEnabled(asker.asked.active is not None)
         for label, rows, found in (
             (self.values_note, self.value_rows, values),

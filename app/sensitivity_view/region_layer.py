@@ -45,12 +45,10 @@ class RegionLayer(QObject):
         canvas: ImageCanvas,
         asked: SensitivityState,
         clicked: Callable[[], object],
-        drawn: Callable[[], object],
     ) -> None:
         super().__init__(canvas)
         self._canvas, self._state = canvas, asked
-        self._clicked, self._drawn = clicked, drawn
-        """Callbacks before a click asks about its place, and after a region is drawn."""
+        self._clicked = clicked  # called before a click asks about its place
         self._pressed: QPointF | None = None
         self._moved = False
         self._grip: str | int | None = None
@@ -150,7 +148,7 @@ class RegionLayer(QObject):
         self._state.set_tool(None)
         if outline is not None:
             self._state.add_region(outline)
-            self._drawn()
+            self._state.open_panel()
             self._state.finish_region()
         self._show_cursor(None, self._grip_at(position))
 
@@ -333,7 +331,6 @@ class PlaceLabel(Card):
         canvas: ImageCanvas,
         asker: SensitivityAsker,
         finder: PieceFinder,
-        open_panel: Callable[[], object],
     ) -> None:
         super().__init__(canvas)
         self._canvas, self._asker, self._finder = canvas, asker, finder
@@ -347,8 +344,9 @@ class PlaceLabel(Card):
         self.text.linkActivated.connect(self._take)
         self.text.setToolTip(PIECE_TIP)
         finder.changed.connect(self.refresh)
+        asker.state.inputsChanged.connect(self._leave_nothing)
         self.button = IconButton("panel", "Values and edits", "F8", colors=theme.ON_IMAGE)
-        self.button.clicked.connect(lambda: open_panel())
+        self.button.clicked.connect(lambda: asker.asked.open_panel())
         row = fill(QHBoxLayout(self), self.text, margins=(8, 3, 3, 3), spacing=8)
         row.addWidget(self.button, 0, Qt.AlignmentFlag.AlignTop)
         self.hide()
@@ -403,8 +401,15 @@ class PlaceLabel(Card):
     def eventFilter(self, _canvas: QObject, event: QEvent) -> bool:
         """Stay at the place when the canvas has another size."""
         if event.type() == QEvent.Type.Resize and self.is_here:
+            self._leave_nothing()
             self.refresh()
         return False
+
+    def _leave_nothing(self) -> None:
+        """Forget a place where nothing was visible, as another image may show something there."""
+        asker, pick = self._asker, self._asker.pick
+        if self.is_here and pick and not contributions(pick.value[0], asker.state.scalar_range):
+            asker.asked.pick(None)
 
     def _place(self) -> None:
         place = self._asker.asked.place

@@ -54,9 +54,9 @@ class SensitivityView(QObject):
         self._what_if_shown: Trial | None = None
         canvases = [pane.canvas for pane in self._panes]
         finder = workspace.pieces
-        self.labels = [PlaceLabel(canvas, asker, finder, self._open_panel) for canvas in canvases]
+        self.labels = [PlaceLabel(canvas, asker, finder) for canvas in canvases]
         self.regions = [
-            RegionLayer(canvas, self._asked, partial(self._name_values_at, n), self._open_panel)
+            RegionLayer(canvas, self._asked, partial(self._name_values_at, n))
             for n, canvas in enumerate(canvases)
         ]
         self.covers = [
@@ -72,7 +72,7 @@ class SensitivityView(QObject):
             asker, self.responses, self._shown_colors, self._made_visible, workspace.news.emit
         )
         self.band = BandLayer(area, asker, self.visible, self.actions.add_mode_over_band)
-        self.chips = ChipBar(self._asked, area.histogram, self._open_panel, self.show_table)
+        self.chips = ChipBar(self._asked, area.histogram, self.show_table)
         self.source = SourceLabel(workspace)
         self.what_if = WhatIfQuestion(
             asker, self.responses, reference.brightness, self._show_what_if, self
@@ -194,9 +194,6 @@ class SensitivityView(QObject):
         dialog.open()
         return dialog
 
-    def _open_panel(self, is_open: bool = True) -> None:
-        self.findings.set_open(is_open)
-
     def _fold(self) -> None:
         editor = self._editor
         self.findings.fold(editor.width(), editor.height())
@@ -232,9 +229,9 @@ class SensitivityView(QObject):
             asked.pick(None)
         elif asked.active is not None:
             asked.activate(None)
-            self.findings.set_open(False)
+            asked.open_panel(False)
         elif self.findings.is_asked_for:
-            self.findings.set_open(False)
+            asked.open_panel(False)
         else:
             return False
         return True

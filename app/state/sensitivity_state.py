@@ -49,6 +49,7 @@ class Choices:
     width: Annotated[float, Meta(ge=NARROWEST, le=WIDEST)] = EDIT_WIDTH  # of edits, in bins
     height: Annotated[float, Meta(ge=0.0, le=1.0)] = 0.05  # opacity of the predicted modes
     locked: bool = False  # whether scales are locked
+    panel: bool | None = None  # open or closed by the user; None: open if there is room
 
 
 @dataclass(frozen=True)
@@ -100,6 +101,10 @@ class SensitivityState(QObject):
         if choices != self.choices:
             self.choices = choices
             self.changed.emit("choices")
+
+    def open_panel(self, is_open: bool = True) -> None:
+        """Open the panel of values and edits, which also shows sensitivities, or close it."""
+        self.choose(panel=is_open, shown=is_open or self.choices.shown)
 
     @property
     def shows_curve(self) -> bool:

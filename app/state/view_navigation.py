@@ -43,6 +43,7 @@ class ViewNavigation(QObject):
         self.up_axis = DEFAULT_UP  # of the volume, such as "+z"
         self.axis_labels: tuple[str, ...] = ()  # the patient's directions, if they are known
         self.trackball = False
+        self.is_panned = False  # whether the user has moved the picture: home is panned, too
         self._view_moving = False
 
     @property
@@ -83,6 +84,8 @@ class ViewNavigation(QObject):
     def move_view(self, view: View) -> None:
         """Change the view during a drag."""
         if view != self.view:
+            is_pan = replace(self.view, pan_x=view.pan_x, pan_y=view.pan_y) == view
+            self.is_panned = (self.is_panned or is_pan) and view != self.home
             self.view = view
             self._view_moving = True
             self.viewChanged.emit(view)
@@ -120,6 +123,7 @@ class ViewNavigation(QObject):
     def look_from(self, name: str) -> None:
         """Look from one of :data:`~model.scene.orientation.STANDARD_VIEWS`; keep the distance."""
         view = orientation.standard_view(name, self.view, self.up_axis, front=self.front_axis)
+        self.is_panned = False
         self.set_view(holding(self.pivot, np.zeros(2), view, self.proportions))
 
     def set_reach(self, reach: Reach, follow: bool = False) -> None:
@@ -189,6 +193,7 @@ class ViewNavigation(QObject):
 
     def _look(self, view: View) -> None:
         """Show a view that is no part of a drag."""
+        self.is_panned = False
         if view != self.view:
             self.view = view
             self.viewChanged.emit(view)

@@ -24,6 +24,7 @@ from PySide6.QtGui import (
 )
 
 from app.image_view.image_canvas import to_qimage
+from app.number_box import short
 from app.picture import BLACK, Background, compose, empty_picture
 from app.tf_editor.unit_axis import ticks
 from model.rendering.raster import at_size_of
@@ -438,8 +439,8 @@ class Comparison:
     @property
     def ends(self) -> tuple[str, str]:
         """Differences at the first and the last colour."""
-        last = f"{self.scale:.2g}"
-        return (f"−{last}", f"+{last}") if self.measure == "signed" else ("0", last)
+        low = short(-self.scale) if self.measure == "signed" else "0"
+        return low, short(self.scale, signed=self.measure == "signed")
 
     @property
     def title(self) -> str:
@@ -448,7 +449,7 @@ class Comparison:
         what = "luminance of B − A" if self.is_of_b else "difference from the ground truth"
         if self.by_flip:
             of = "between A and B" if self.is_of_b else "against the ground truth"
-            what = f"FLIP error {of}, mean {self.difference.mean():.2g},".replace(" 0.", " .")
+            what = f"FLIP error {of}, mean {short(self.difference.mean())},"
         return f"{what} at {width} × {height} pixels"
 
 

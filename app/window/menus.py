@@ -43,7 +43,7 @@ RECENT: dict[RecentKind, str] = {
 OVERLAYS: tuple[tuple[Overlay, str, str], ...] = (
     ("legend", "Colour l&egend", "Ctrl+L"),
     ("scale_bar", "&Scale bar", "Ctrl+Shift+L"),
-    ("opacity_images", "Opac&ity images", "Shift+O"),
+    ("opacity_images", "Opac&ity, as a small image", "Shift+O"),
 )
 
 DIFFERENCES: dict[DifferenceChoice, str] = {
@@ -63,6 +63,7 @@ class Menus:
     def __init__(self, window: WindowParts) -> None:
         self._window, self._refreshes = window, list[Slot]()
         self._of_b = self._fill_of_b()
+        self._fill_bar()
         for title, fill in (
             ("&File", self._fill_file), ("&View", self._fill_view),
             ("&Region", self._fill_region), ("&Help", self._fill_help),
@@ -72,7 +73,6 @@ class Menus:
             menu.aboutToShow.connect(self.refresh)
             fill(menu)
         window.top_bar.take_menus()
-        self._fill_bar()
         for caption in (window.pane_b.caption, window.editor.pane_button):
             caption.set_menu(self._of_b)
         menu = self._add_alone(window.generator.caption, "generator")
@@ -185,7 +185,7 @@ class Menus:
         difference = self._act(bar.difference, show_difference, "D")
         browse = lambda: latent.choose(shown=not latent.choices.shown)  # noqa: E731
         browsing = self._act(bar.browse, browse, "B", "Ctrl+B")
-        self._act(bar.save, window.saving.ask, "Ctrl+Shift+S", "Ctrl+Shift+C")
+        self._saving = self._act(bar.save, window.saving.ask, "Ctrl+Shift+S", "Ctrl+Shift+C")
         show_crop = lambda: crop.set_shown(not crop.is_shown)  # noqa: E731
         cropping = self._act(window.tools.crop, show_crop, "K", "Ctrl+K")
 
@@ -258,6 +258,8 @@ class Menus:
         self._add(menu, "Open mas&k…", open_mask, is_there=self._if_opened())
         self._add(menu, "Save mask…", files.save_mask, is_there=self._has_mask)
         menu.addSeparator()
+        self._saving.setText("Save fi&gure…")
+        menu.addAction(self._saving)
         self._add(menu, "Save sess&ion…", window.sessions.ask_and_save, "Ctrl+Alt+S")
         self._add_recent(menu, "sessions")
         menu.addSeparator()
@@ -317,7 +319,7 @@ class Menus:
             menu, "S&wap sides", panes.swap, "Ctrl+Shift+X", is_there=lambda: panes.can_compare
         )
         self._add(
-            menu, "I&nterpolate", lambda: state.set_interpolates(not state.interpolates),
+            menu, "I&nterpolate voxels", lambda: state.set_interpolates(not state.interpolates),
             is_on=lambda: state.interpolates,
         )  # fmt: skip
         self._add(

@@ -181,8 +181,9 @@ class ImageError(QObject):
         if not is_b and (not alike or is_unknown or any(each.isHidden() for each in pair)):
             return None
         (height, width, _), (rows, columns, _) = drawn.shape, truth.shape
-        if is_b and abs(height * columns - width * rows) > max(width, columns):
-            # One of them is of the pane's size before.
+        is_coarse = any(pane.canvas.progress is not None for pane in pair)
+        if is_b and (is_coarse or abs(height * columns - width * rows) > max(width, columns)):
+            # A finer image follows, or one of them is of the pane's size before.
             return None
         found = Comparison(drawn, truth, is_b, self.choice == "flip")
         # The old one keeps what was computed.

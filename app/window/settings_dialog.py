@@ -157,7 +157,7 @@ def apply_single_keys(window: QObject, are_on: bool) -> None:
 
 
 def _paths(actions: Sequence[QAction], before: str = "") -> Iterator[str]:
-    """Yield the entries of menus as "View > Interpolate"."""
+    """Yield the entries of menus as "View > Zoom to fit"."""
     for action in actions:
         path = before + action.text().replace("&", "").rstrip("…")
         menu = action.menu()

@@ -159,7 +159,7 @@ class StatusLine(QStatusBar):
         text += f"distance {without_zero(f'{view.distance:.2f}')}"
         # The sum turns -0 into 0.
         pan_x, pan_y = (round(pan, 2) + 0.0 for pan in (view.pan_x, view.pan_y))
-        if pan_x or pan_y:
+        if self._state.is_panned and (pan_x or pan_y):
             text += f"   pan {without_zero(f'{pan_x:+.2f}')}, {without_zero(f'{pan_y:+.2f}')}"
         if self._state.view.is_orthographic:
             text += "   orthographic"

@@ -58,7 +58,7 @@ class WindowMemory(QObject):
         preferences: Preferences,
     ) -> None:
         super().__init__(window)
-        self._window, self._splitter, self._panes = window, splitter, panes
+        self._window, self._splitter, self.panes = window, splitter, panes
         self._state, self._moves = state, moves
         self._preferences = preferences
         self._restore()
@@ -79,19 +79,19 @@ class WindowMemory(QObject):
             window_geometry=bytes(self._window.saveGeometry().toBase64().data()).decode(),
             splitters={"editor": () if share is None else (round(PARTS * share),)},
             colors_follow_modes=self._moves.colors_follow,
-            swapped=self._panes.is_swapped,
+            swapped=self.panes.is_swapped,
         )
 
     def restore_panes(self) -> None:
         """Show the remembered images at their sides."""
         values = self._preferences.settings
-        if values.swapped != self._panes.is_swapped:
-            self._panes.swap()
-        self._panes.shown = IMAGES.get(values.hidden_panes, self._panes.shown)
+        if values.swapped != self.panes.is_swapped:
+            self.panes.swap()
+        self.panes.shown = IMAGES.get(values.hidden_panes, self.panes.shown)
 
     def note_panes(self) -> None:
         """Remember which images are shown."""
-        hidden = next(each for each, shown in IMAGES.items() if shown == self._panes.shown)
+        hidden = next(each for each, shown in IMAGES.items() if shown == self.panes.shown)
         self._preferences.set(hidden_panes=hidden)
 
     def _restore(self) -> None:

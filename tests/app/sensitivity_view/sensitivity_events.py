@@ -14,14 +14,10 @@ def over_plot(window, value, height=0.8):
 def hover(window, value, effect=True):
     """Move the mouse to a value, with Ctrl for what an edit there would change."""
     viewport, at = window.editor.area.widget.viewport(), over_plot(window, value)
-    control, none = Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.NoModifier
-    QApplication.sendEvent(
-        viewport,
-        QMouseEvent(
-            QEvent.Type.MouseMove, at, viewport.mapToGlobal(at), Qt.MouseButton.NoButton,
-            Qt.MouseButton.NoButton, control if effect else none,
-        ),
-    )  # fmt: skip
+    none, keys = Qt.MouseButton.NoButton, Qt.KeyboardModifier
+    keys = keys.ControlModifier if effect else keys.NoModifier
+    event = QMouseEvent(QEvent.Type.MouseMove, at, viewport.mapToGlobal(at), none, none, keys)
+    QApplication.sendEvent(viewport, event)
 
 
 def asked(builders, kind):

@@ -8,6 +8,7 @@ from sensitivity_events import asked, hover
 
 from app.engines.requests import RegionSensitivityRequest
 from model.scene.region import Outline
+from model.scene.view import View
 
 
 def regions_listed(window):
@@ -22,17 +23,9 @@ def peak_texts(window):
     return [each.toPlainText() for each in window.sensitivity.visible._labels if each.isVisible()]
 
 
-def choose_in_region_menu(window, text):
-    window.sensitivity.chips.fill_regions()
-    actions = window.sensitivity.chips.regions_menu.actions()
-    next(action for action in actions if action.text().startswith(text)).trigger()
-
-
 def test_a_rectangle_is_drawn_moved_and_resized_in_either_image(qtbot, window, builders):
-    state, reference, generator = (
-        window.sensitivity_state, window.reference.canvas, window.generator.canvas,
-    )  # fmt: skip
-    view = window.state.view
+    state, view = window.sensitivity_state, window.state.view
+    reference, generator = window.reference.canvas, window.generator.canvas
     QTest.keyClick(window, Qt.Key.Key_R)
     assert state.tool == "rectangle"
     drag(reference, at(reference, 0.2, 0.3), at(reference, 0.4, 0.5), at(reference, 0.5, 0.6))
@@ -77,10 +70,9 @@ def test_a_lasso_and_several_regions(qtbot, window):
     dialog.accept()
     assert window.sensitivity.chips.region.caption == "lung ▾"
     state.activate(0)
-    qtbot.waitUntil(
-        lambda: window.workspace.sensitivity.is_fresh(window.workspace.sensitivity.region)
-    )
-    choose_in_region_menu(window, "Remove")
+    asker, entries = window.workspace.sensitivity, window.sensitivity.chips.regions_menu.actions()
+    qtbot.waitUntil(lambda: asker.is_fresh(asker.region))
+    next(entry for entry in entries if entry.text().startswith("Remove")).trigger()
     assert regions_listed(window) == ["Whole image", "lung"]
     assert state.outline == Outline()
     # A click with the tool draws nothing.
@@ -131,7 +123,7 @@ def test_the_values_that_a_region_shows_are_named(qtbot, window, builders, monke
     assert peak_texts(window) == ["180.0 · 100 %"]
     # The list of a clicked place is of that.
     state.pick((0.5, 0.5))
-    assert findings.values_heading.text() == "Values at the clicked place"
+    assert findings.title.full_text == "Clicked place"
 
 
 def test_a_click_names_the_values_there_and_edits_them(qtbot, window, builders):
@@ -153,8 +145,7 @@ def test_a_click_names_the_values_there_and_edits_them(qtbot, window, builders):
     assert findings.isVisible() and "100 %" in findings.value_rows[0].text
     asked = [r for r in builders.analysts[-1].others if r.channel == "sensitivity: pick"]
     square = asked[-1].regions[0]
-    xs, ys = zip(*square.points, strict=True)
-    assert (np.mean(xs), np.mean(ys)) == pytest.approx((0.3, 0.6), abs=0.01)
+    assert np.mean(square.points, axis=0) == pytest.approx((0.3, 0.6), abs=0.01)
     before = window.state.transfer_function
     buttons = dict(zip(("raise", "lower", "isolate"), findings.value_rows[0].buttons, strict=True))
     for name, button in buttons.items():
@@ -172,6 +163,15 @@ def test_a_click_names_the_values_there_and_edits_them(qtbot, window, builders):
     assert window.sensitivity_state.place is None and label.isHidden()
     assert findings.isVisible()
     qtbot.waitUntil(lambda: findings.edit_rows[0].text.startswith("1 "))
+
+
+def test_a_place_where_nothing_is_visible_goes_with_the_view(qtbot, window, builders, monkeypatch):
+    monkeypatch.setattr(builders.analysts[-1], "visibility", lambda *_: np.zeros((1, 256)))
+    canvas, label = window.reference.canvas, window.sensitivity.labels[1]
+    QTest.mouseClick(canvas, Qt.MouseButton.LeftButton, pos=at(canvas, 0.3, 0.6))
+    qtbot.waitUntil(lambda: "Nothing visible here" in label.text.text())
+    window.state.set_view(View(azimuth=10.0))
+    assert window.sensitivity_state.place is None and label.isHidden()
 
 
 def test_beside_the_square_of_a_wide_image_all_is_asked_and_shown_too(qtbot, make_window, builders):

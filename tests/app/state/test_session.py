@@ -22,9 +22,9 @@ from model.scene.scene import FORMAT_VERSION
 CONTENT = SessionContent(
     replace(MEMORY, path="", models=()),
     part_of(SETTINGS, SessionSettings),
-    Choices(False, False, True, False, "change", "exact", 9.0, 0.1, True),
+    Choices(False, False, True, False, "change", "exact", 9.0, 0.1, True, True),
     (120.0, 140.0),
-    True,
+    *(True, True),
 )
 """None of them the usual value."""
 

@@ -284,6 +284,11 @@ def test_the_difference_is_said_and_shown_over_b(qtbot, window):
     assert found.difference == pytest.approx(0.2126 * (reds[0] - reds[1]), abs=1e-6)
     assert f"differs from A by {found.error:.3f}".replace(" 0.", " .") == window.pane_b.note
     assert not window.generator.note
+    # Not while a finer image follows.
+    for progress, is_said in ((0.5, False), (None, True)):
+        window.pane_b.canvas.progress = progress
+        window.image_error.compare()
+        assert bool(window.pane_b.note) is is_said
     # Another focus changes neither image.
     for name in ("A", "B"):
         window.state.tf_input.focus(name)

@@ -198,6 +198,10 @@ def test_the_orthographic_view_stays_until_it_is_left(make_window):
     state, orthographic = window.state, action(window, "Orthographic")
     assert orthographic.shortcut().toString() == "O"
     home = state.view
+    state.set_view(replace(home, azimuth=20.0, pan_x=0.3))
+    assert "pan" not in window.status.view_text
+    state.set_view(replace(state.view, pan_y=0.2))
+    assert window.status.view_text.endswith("pan +.30, +.20")
     orthographic.trigger()
     assert state.view.is_orthographic and state.view.distance == home.distance
     assert window.status.view_text.endswith("orthographic")

@@ -27,11 +27,11 @@ def change_all(window, tf):
     window.workspace.reference.choose(lighting="soft", drawing="raycast", stop="fast")
     window.sensitivity_state.add_region(Outline.rectangle(0.2, 0.2, 0.5, 0.6))
     window.sensitivity_state.rename_region("ribs")
-    window.sensitivity_state.choose(measure="change", width=9.0)
+    window.sensitivity_state.choose(measure="change", width=9.0, panel=True)
     window.sensitivity_state.keep(120.0, 140.0)
     window.overlays.toggle("legend")
     window.overlays.toggle("cube")
-    window.panes.shown = "reference"
+    window.panes.shown, window.panes.is_asked = "reference", True
     window.brightness.set(1.5)
     window.brightness.finish()
 
@@ -58,9 +58,9 @@ def test_all_comes_back(qtbot, start_again, builders, volume, tmp_path):
     window.workspace.reference.choose(lighting="none", drawing="auto", stop="balanced")
     window.sensitivity_state.remove_region()
     window.sensitivity_state.release()
-    window.sensitivity_state.choose(measure="signed", width=6.0)
+    window.sensitivity_state.choose(measure="signed", width=6.0, panel=False)
     window.overlays.toggle("legend")
-    window.panes.shown = "both"
+    window.panes.shown, window.panes.is_asked = "both", False
     between = window.sessions.session()
     open_session(qtbot, window, path)
     assert window.sessions.session() == saved

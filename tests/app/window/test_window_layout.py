@@ -110,7 +110,7 @@ def test_everything_has_room_at_any_size_and_nothing_moves(qtbot, make_window):
         window.latent_state.choose(shown=False)
         window.crop_card.set_shown(False)
         window.notice.clear()
-    window.sensitivity.findings.set_open(True)
+    window.sensitivity_state.open_panel()
     for size in ((1000, 640), (1440, 900)):
         window.resize(*size)
         assert_whole(qtbot, window, size)
