@@ -93,7 +93,7 @@ def read_labels(path: Path, volume: Volume, is_kept: bool = False) -> LabelMap:
     except ConstantVolumeError as error:
         labels = error.volume
     if labels.missing is not None:
-        labels = replace(labels, voxels=np.where(labels.missing, 0, labels.voxels))
+        labels = replace(labels, voxels=np.where(labels.missing, 0, labels.voxels), missing=None)
     is_same = is_kept and labels.dimensions == volume.dimensions
     voxels, note = (labels.voxels, "") if is_same else _on_grid(labels, volume)
     values = _values(voxels)
