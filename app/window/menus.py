@@ -319,7 +319,7 @@ class Menus:
             menu, "S&wap sides", panes.swap, "Ctrl+Shift+X", is_there=lambda: panes.can_compare
         )
         self._add(
-            menu, "I&nterpolate voxels", lambda: state.set_interpolates(not state.interpolates),
+            menu, "Smooth betwee&n voxels", lambda: state.set_interpolates(not state.interpolates),
             is_on=lambda: state.interpolates,
         )  # fmt: skip
         self._add(

@@ -283,10 +283,8 @@ def choose(dialog, box_name, text):
 
 
 def test_each_of_what_it_may_show_has_its_proportions(qtbot):
-    sizes = {
-        "reference": (960, 720), "generator": (128, 128), "both": (1454, 720),
-        "difference": (720, 720),
-    }  # fmt: skip
+    sizes = {"reference": (960, 720), "generator": (128, 128), "both": (1454, 720)}
+    sizes["difference"] = 720, 720
     dialog = FigureDialog(sizes, FigureChoice(0, 0, legend=True, scale_bar=True, which="both"))
     qtbot.addWidget(dialog)
     asked = []
