@@ -266,8 +266,7 @@ def test_two_windows_keep_a_mask_each(qtbot, window, builders, tmp_path):
     masks = [each.state.inputs.mask for each in (window, other)]
     for each in (window, other):
         each.close()
-    files = sorted((tmp_path / "kept" / "volumes").glob("*.mask.nrrd"))
-    found = [read_mask(path, blocks()) for path in files]
+    found = [read_mask(path, blocks()) for path in tmp_path.glob("kept/volumes/*.mask.nrrd")]
     assert len(found) == 2 and all(mask in found for mask in masks)
     # The last one wins.
     assert opened(qtbot, builders, tmp_path).state.inputs.mask == masks[1]
