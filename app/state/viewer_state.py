@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping
 from functools import partial
-from math import isclose
+from math import ceil, floor, isclose
 from types import MappingProxyType
 from typing import Any
 
@@ -178,7 +178,9 @@ class ViewerState(ViewNavigation):
         return self.label_name(value) or (text if self.interpolates else f"{float(text):.9g}")
 
     def range_text(self, values: Range) -> str:
-        """Write values as a range; a label as :meth:`value_text` does."""
+        """Write values as a range; one label as :meth:`value_text` does."""
+        if self.file.is_labels and (first := ceil(values[0])) <= (last := floor(values[1])):
+            return f"{first} to {last}" if first < last else self.value_text(first)
         low, high = (self.value_text(value) for value in values)
         is_label = low == high and not self.interpolates
         return low if is_label else range_text(values, self.scalar_range, self.scale)

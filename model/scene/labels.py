@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 
 import numpy as np
+from numpy.typing import NDArray
 
 from model.scene.transfer_function import TF_SAMPLES, ColorTF, OpacityTF, Range, TransferFunction
 from model.scene.volume import Volume
@@ -12,7 +13,7 @@ from model.scene.volume import Volume
 LAST = TF_SAMPLES - 1
 FEW = 128  # most distinct values of labels that no file declares
 DIMMEST = 0.3  # least luminance of a label's colour, as images are black around it
-WRAPPED = 0.5  # share of labelled voxels from which a label hides the others, as a body does
+WRAPPED = 0.5  # share of labelled voxels from which a label around the others hides them
 VEIL = 0.02  # opacity of such a label
 GRAY = (0.5, 0.5, 0.5)
 
@@ -30,15 +31,17 @@ def label_range(volume: Volume) -> Range:
 def label_tf(volume: Volume) -> TransferFunction:
     """Return a TF over a volume's range that shows all labels but 0, each in a colour.
 
-    A label that would hide the others is nearly transparent. Handles are on the labels; colours are
-    the file's, or as different as possible.
+    A label around all others, as a body is, is nearly transparent. Handles are on the labels;
+    colours are the file's, or as different as possible.
     """
     found, counts = volume.distribution.frequencies
     if len(found) > TF_SAMPLES:
         found = np.linspace(*volume.scalar_range, TF_SAMPLES)
         counts = np.zeros(TF_SAMPLES, np.int64)
     labelled = found != 0
-    hides = (counts > WRAPPED * counts[labelled].sum()) & (labelled.sum() > 1)
+    hides = (counts > WRAPPED * counts[labelled].sum()) & (labelled.sum() > 1) & labelled
+    if hides.any():
+        hides &= _is_around_others(volume.voxels, found[hides][0])
     opacities = np.where(hides, VEIL, 1.0) * labelled
     values = [float(value) for value in found]
     given = {label.value: label.color for label in volume.file.labels if label.color}
@@ -51,6 +54,15 @@ def label_tf(volume: Volume) -> TransferFunction:
     stops = tuple((value, *color) for value, color in zip(values, colors, strict=True))
     scalar_range = volume.scalar_range
     return TransferFunction(OpacityTF(scalar_range, points=points), ColorTF(scalar_range, stops))
+
+
+def _is_around_others(voxels: NDArray[np.generic], label: float) -> bool:
+    """Whether the bounding box of a label has those of all others inside it."""
+    own, labelled = (
+        [np.flatnonzero(each.any(axis=others))[[0, -1]] for others in ((1, 2), (0, 2), (0, 1))]
+        for each in (voxels == label, voxels != 0)
+    )
+    return np.array_equal(own, labelled)
 
 
 def looks_like_labels(volume: Volume) -> bool:

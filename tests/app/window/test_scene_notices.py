@@ -201,6 +201,8 @@ def test_what_is_called_labels_is_shown_as_such_in_one_step(qtbot, make_window, 
     state.set_interpolates(False)
     memory = window.preferences.volume(window.workspace.opened.fingerprint)
     assert memory.interpolates is False
+    state.file = replace(facts, is_labels=True)
+    assert [state.range_text((low, 2.4)) for low in (1.6, -0.4)] == ["liver", "0 to 2"]
 
 
 def test_missing_slices_are_warned_of_until_another_volume(qtbot, make_window, builders):
