@@ -289,7 +289,7 @@ def _path_traced(asked: Render, drawer: Drawer, place: _Place) -> Drawer:
         by = "the path tracer"
         for last, seconds in finished:
             samples = f"{last.samples} sample{'s' * (last.samples > 1)} a pixel"
-            by += f", {samples}{last.deed and f', {last.deed},'} in {seconds:.2g} s"
+            by += f", {samples}{last.method and f', {last.method},'} in {seconds:.2g} s"
             if last.samples > 1:
                 by += f", estimated error {last.error:.2g}".replace(" 0.", " .")
         return by

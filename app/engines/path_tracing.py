@@ -100,7 +100,7 @@ class PathTracingEngine(RendererEngine):
             raise SupersededError
         self._seconds = time.perf_counter() - begun
         self._sizes.note(MOVING, raster.side, self._seconds)
-        details = f", light of 1 in {SIDE**2} pixels, {found.deed}" if found.deed else ""
+        details = f", light of 1 in {SIDE**2} pixels, {found.method}" if found.method else ""
         return self._image(found, details)
 
     def _resting(self, request: ImageRequest, watch: Watch, width: int) -> Iterator[Image]:
@@ -143,7 +143,7 @@ class PathTracingEngine(RendererEngine):
         found, stop = traced.last or self._go_on(traced), request.stop
         while True:
             details = f", {found.samples} sample{'s' * (found.samples > 1)}"
-            details += f", {found.deed}" if found.deed else ""
+            details += f", {found.method}" if found.method else ""
             is_enough = found.samples >= stop.samples or found.error <= stop.error
             # The next one has twice the samples.
             is_late = 2 * traced.spent > stop.refining_seconds

@@ -118,6 +118,6 @@ class FinishedPicture(Denoiser):
         unlit = np.concatenate([estimate.albedo, estimate.rgba[..., 3:]], axis=2)
         return self._cleaning.finish(clean, radiance, self._soft, unlit, samples)
 
-    def deed(self, samples: int) -> str:
+    def method(self, samples: int) -> str:
         """Name the processing of a picture of this many samples."""
-        return "denoised by the network" if samples <= self._most else super().deed(samples)
+        return "denoised by the network" if samples <= self._most else super().method(samples)

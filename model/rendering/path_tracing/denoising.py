@@ -125,8 +125,8 @@ class Cleaner(Protocol):
     ) -> NDArray[np.float32]:
         """Return radiance without noise: the estimate's, or that of some of its samples."""
 
-    def deed(self, samples: int) -> str:
-        """Say in a word or two what is done to a picture of so many samples."""
+    def method(self, samples: int) -> str:
+        """Name how noise is removed from a picture of so many samples."""
 
 
 Cleaning = Callable[[SceneInputs, Raster], Cleaner]
@@ -144,8 +144,8 @@ class Denoiser:
         """See :meth:`Cleaner.clean`; one sample is denoised quickly, as more follow."""
         return denoise(radiance, estimate.albedo, quick=samples == 1)
 
-    def deed(self, samples: int) -> str:
-        """See :meth:`Cleaner.deed`."""
+    def method(self, samples: int) -> str:
+        """See :meth:`Cleaner.method`."""
         return "denoised"
 
 

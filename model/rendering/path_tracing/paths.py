@@ -22,14 +22,7 @@ from model.rendering.path_tracing.tracking import CLEAREST, track
 from model.rendering.raycast.batch import BATCH, HALF, fetch, stack_batch
 from model.rendering.raycast.classification import ENTRIES
 from model.rendering.raycast.compositing import GROUP
-from model.rendering.raycast.rays import (
-    ONE,
-    ZERO,
-    dot,
-    make_ray,
-    next_visible,
-    place_on,
-)
+from model.rendering.raycast.rays import ONE, ZERO, dot, make_ray, next_visible, place_on
 from model.rendering.raycast.trilinear import clamp
 
 CERTAIN = 2  # collisions after which paths end at random, the sooner the darker they are

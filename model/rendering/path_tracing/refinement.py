@@ -28,7 +28,7 @@ class Refined:
     rgba: NDArray[np.float32]  # as renderers return it, shape (rows, columns, 4)
     samples: int  # of each pixel
     error: float  # estimated RMS error of the colours; infinite after the first sample
-    deed: str  # what was done to take the noise out, such as "denoised"; empty where nothing was
+    method: str  # how noise was removed, such as "denoised"; empty where it was not
 
 
 class _Picture:
@@ -64,7 +64,7 @@ class _Picture:
         picture[..., :3] = 0
         # Filters are wider than a pixel: nothing may shine where nothing is.
         picture[place][..., :3] = np.where(part.rgba[..., 3:] > 0, clean, 0).clip(0, 1)
-        return Refined(picture, estimate.samples, error, self._cleaner.deed(estimate.samples))
+        return Refined(picture, estimate.samples, error, self._cleaner.method(estimate.samples))
 
     def _error(self, part: Estimate, cleaner: Cleaner) -> float:
         """Estimate the error of a clean picture from those of all pictures before.
@@ -75,7 +75,7 @@ class _Picture:
         if self._before is None:
             return math.inf
         before, clean = self._before
-        if cleaner.deed(part.samples) != cleaner.deed(before.samples):
+        if cleaner.method(part.samples) != cleaner.method(before.samples):
             clean = cleaner.clean(before.radiance, part, before.samples)
             self._found.clear()
             self._least = math.inf
@@ -167,7 +167,7 @@ class RefiningRenderer:
         lit = cleaner.clean(last.radiance, last, last.samples)
         light = self._history.averaged(inputs, few, light_of(lit, last.albedo), depth)
         picture = relit(unlit, light, last.albedo)
-        return Refined(picture, last.samples, math.inf, cleaner.deed(last.samples))
+        return Refined(picture, last.samples, math.inf, cleaner.method(last.samples))
 
     def refined(
         self,

@@ -9,14 +9,7 @@ import numpy as np
 
 from model.compilation import called, inlined
 from model.rendering.raycast.rays import ONE, ZERO, dot, place_on, times
-from model.rendering.raycast.trilinear import (
-    HALF,
-    clamp,
-    locate,
-    nearest_of,
-    spline,
-    value_at,
-)
+from model.rendering.raycast.trilinear import HALF, clamp, locate, nearest_of, spline, value_at
 from model.scene.clip_plane import ShownPart
 from model.scene.volume import Volume
 

@@ -48,7 +48,7 @@ class Cleaner:
         self.cleaned.append(samples)
         return np.full(SHAPE, 0.53, dtype=np.float32)
 
-    def deed(self, samples):
+    def method(self, samples):
         return "cleaned" if samples < 8 else "cleaned well"
 
 
@@ -60,10 +60,10 @@ def cleaner():
 def test_a_picture_is_cleaned_until_its_noise_is_less_than_what_that_leaves(cleaner):
     found = list(RefiningRenderer(Tracer(), lambda *scene: cleaner).refined(None, 2, 32))
     assert [each.samples for each in found] == [1, 2, 4, 8, 16, 32]
-    assert [each.deed for each in found[2:]] == ["cleaned", "cleaned well", "", ""]
+    assert [each.method for each in found[2:]] == ["cleaned", "cleaned well", "", ""]
     expected = [np.inf, np.inf, 0.03, 0.03, 0.025, 0.0125]
     np.testing.assert_allclose([each.error for each in found], expected, rtol=1e-5)
-    assert all((each.rgba.max() > 0.5) == bool(each.deed) for each in found)
+    assert all((each.rgba.max() > 0.5) == bool(each.method) for each in found)
     # The fourth again, as what cleans the eighth does it in another way.
     assert cleaner.cleaned == [1, 2, 4, 4, 8]
 
@@ -78,13 +78,13 @@ def test_no_more_samples_are_drawn_than_an_error_takes(cleaner):
 
 def test_a_whole_picture_is_the_last_of_those(cleaner):
     whole = RefiningRenderer(Tracer(), lambda *scene: cleaner).drawn(None, 2, 4)
-    assert (whole.samples, whole.deed) == (4, "cleaned")
+    assert (whole.samples, whole.method) == (4, "cleaned")
     assert whole.error == pytest.approx(0.03, rel=1e-5)
     assert cleaner.cleaned == [2, 4]
 
 
 def test_without_what_cleans_them_pictures_stay_as_they_were_traced():
-    assert not any(each.deed for each in RefiningRenderer(Tracer(), None).refined(None, 2, 8))
+    assert not any(each.method for each in RefiningRenderer(Tracer(), None).refined(None, 2, 8))
     assert RefiningRenderer(Tracer(), None, 8).render(None, 2).max() == 0.5
 
 
