@@ -272,7 +272,7 @@ def tracked(medium, place, direction, state, transmits):
 def test_a_path_without_depth_leaves_a_medium_of_next_to_no_extinction():
     volume, inputs = faint_block(1e-41)
     tracer = PathTracer(volume, threads=1)
-    scatterer = tracer._scatterer(inputs, 0.5)
+    scatterer = tracer._scatterer(inputs, 0.5, 0.0)
     tracer.close()
     # Its reciprocal is infinite.
     assert 0 < scatterer.majorants[scatterer.majorants > 0].min() < 1e-39
