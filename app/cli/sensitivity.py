@@ -158,7 +158,7 @@ class Sensitivity:
 
     @property
     def kind(self) -> Kind:
-        """Which question is asked."""
+        """Kind of the question."""
         if self.value is not None:
             return "value"
         return "region" if self.block is None else "blocks"

@@ -224,10 +224,9 @@ class Workspace(QObject):
         others, tf = vars(memory) | {"mask": opened.mask}, memory.tf
         tf_input = self._state.tf_input
         if is_next and wanted.memory is None:
-            # The next time step keeps what is cut away, and B.
-            names = "crop", "clip", "mask", "light_b"
-            kept = {name: self._state.edited[name].value for name in names}
-            others |= {name: value for name, value in kept.items() if others[name] is None}
+            # The next time step keeps what is cut away, and B; whether these are labels, it says.
+            kept = {name for name in self._state.edited if others[name] is None} - {"interpolates"}
+            others |= {name: self._state.edited[name].value for name in kept}
         if is_next and tf_input.compares and memory.tf_b is None:
             others |= {"compares": True, "tf_b": tf_input.of("B"), "look_b": tf_input.look}
             tf = tf or tf_input.of("A")

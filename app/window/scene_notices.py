@@ -18,10 +18,10 @@ from model.scene.hints import NarrowPart, narrow_part, nothing_visible, why_noth
 from model.scene.labels import label_range, label_tf, looks_like_labels
 from model.scene.transfer_function import Range, TransferFunction
 from model.scene.value_scale import LOGARITHM_OFFER, suits_logarithm
-from model.scene.volume import Volume
+from model.scene.volume import Caution, Volume
 
 NARROW, LIGHT, OFFER, LABELS = "narrow part of the TF", "light", "logarithmic scale", "labels"
-GAPS = "is used for all"  # in a reader's notes on slices that are missing or uneven
+CAUTION = "the file"
 """Keys of the notices."""
 
 
@@ -43,10 +43,11 @@ class SceneNotices(QObject):
             pane.client.stateChanged.connect(partial(self._follow_pane, pane))
 
     def start_volume(self, volume: Volume) -> None:
-        """Forget the previous volume's notices, before the TF is set; warn of missing slices."""
+        """Forget the previous volume's notices, before the TF is set, and show its cautions."""
         self._narrow = None
         self._notices.clear(LIGHT)
-        self._notices.add(" ".join(note for note in volume.notes if GAPS in note), key=GAPS)
+        cautions = (note for note in volume.notes if isinstance(note, Caution))
+        self._notices.add(" ".join(cautions), key=CAUTION)
 
     def _judge_tf(self, tf: TransferFunction) -> None:
         found = narrow_part(tf.opacity, tf.color)

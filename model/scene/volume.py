@@ -24,6 +24,12 @@ from model.scene.value_scale import ValueScale, logarithms, value_at
 ChoiceKind = Literal["series", "array", "time", "channel", "component"]  # of several volumes
 
 
+class Caution(str):
+    """A reader's note that stays in sight until it is dismissed, as shapes may be wrong."""
+
+    __slots__ = ()
+
+
 @dataclass(frozen=True)
 class Content:
     """One of the volumes that a file or folder holds."""

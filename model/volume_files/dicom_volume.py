@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.errors import VolumeError
-from model.scene.volume import FileFacts
+from model.scene.volume import Caution, FileFacts
 from model.volume_files import checks
 from model.volume_files.blocks import counted
 from model.volume_files.dicom_tags import PLAIN, DicomFile, Frame, number_in, numbers_of, value_of
@@ -173,11 +173,14 @@ def _gap_notes(
     if 0 < len(gaps) <= max(len(steps) * MOST_GAPS, 1):
         listed = ", ".join(gaps[:MOST_LISTED])
         listed += f" and {len(gaps) - MOST_LISTED} more gaps" if len(gaps) > MOST_LISTED else ""
-        return (f"Slices may be missing: {listed}; {step:g} mm is used for all distances.",)
-    return (
-        f"The slices are {steps.min():g} to {steps.max():g} mm apart: some are missing, or their "
-        f"distance changes; {step:g} mm is used for all, so the shape is not true everywhere.",
-    )
+        said = f"Slices may be missing: {listed}; {step:g} mm is used for all distances."
+    else:
+        said = (
+            f"The slices are {steps.min():g} to {steps.max():g} mm apart: some are missing, or "
+            f"their distance changes; {step:g} mm is used for all, so the shape is not true "
+            "everywhere."
+        )
+    return (Caution(said),)
 
 
 def _shear(ordered: list[Frame], places: NDArray[np.float64]) -> tuple[float, float]:

@@ -14,7 +14,7 @@ from app.state import reference_choices
 from model.scene.scene import Scene
 from model.scene.transfer_function import GaussianMode, OpacityTF, TransferFunction
 from model.scene.view import View
-from model.scene.volume import FileFacts, Label, Volume
+from model.scene.volume import Caution, FileFacts, Label, Volume
 
 
 def draw(self, request, watch=UNWATCHED):
@@ -206,7 +206,7 @@ def test_what_is_called_labels_is_shown_as_such_in_one_step(qtbot, make_window, 
 
 
 def test_missing_slices_are_warned_of_until_another_volume(qtbot, make_window, builders):
-    note = "Slices may be missing: 1 slice; 2.5 mm is used for all distances."
+    note = Caution("Slices may be missing: 1 slice; 2.5 mm is used for all distances.")
     builders.volumes["ct"] = replace(make_volume(), notes=("No unit.", note))
     window = make_window("ct", model=None)
     assert window.notice.text == note

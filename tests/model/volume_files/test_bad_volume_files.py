@@ -475,28 +475,6 @@ def test_pixels_that_cannot_be_unpacked(tmp_path):
     refused(path, r"unpacked|damaged")
 
 
-def write_header(folder, kind, name):
-    path, fields = folder / f"a.{kind}", [f"data file: {name}"]
-    if kind == "nhdr":
-        return files.write_nrrd(path, ARRAY, *fields, data=b"")
-    return files.write_metaimage(path, ARRAY, data=b"", file=name)
-
-
-@pytest.mark.parametrize(
-    "name", ["../secret.raw", "{tmp}/secret.raw", "sub/../../secret.raw", "link"]
-)
-@pytest.mark.parametrize("kind", ["nhdr", "mhd"])
-def test_no_header_leads_out_of_its_folder(tmp_path, kind, name):
-    folder = tmp_path / "data"
-    (folder / "sub").mkdir(parents=True)
-    for path in (tmp_path / "secret.raw", folder / "sub" / "inside.raw"):
-        path.write_bytes(ARRAY.tobytes())
-    (folder / "link").symlink_to(tmp_path / "secret.raw")
-    path = write_header(folder, kind, name.format(tmp=tmp_path))
-    refused(path, "outside the header's folder")
-    check(read_volume(write_header(folder, kind, "sub/inside.raw")), ARRAY)
-
-
 @pytest.mark.parametrize("kind", ["dicom", "tiff"])
 def test_no_folder_of_slices_leads_elsewhere(tmp_path, kind):
     elsewhere, folder = tmp_path / "elsewhere", tmp_path / "data"

@@ -24,6 +24,7 @@ from volume_writers import (
     write_dicom,
 )
 
+from model.scene.volume import Caution
 from model.volume_files import Choice, read_volume
 from model.volume_files.dicom import dicom_slices, read_dicom
 
@@ -358,6 +359,7 @@ def test_places_that_are_odd_are_said(tmp_path, places, tags, spacing, said):
     volume = read_volume(write_dicom(tmp_path / "mr", voxels("int16"), positions=at, **tags))
     expected = voxels("int16")[:: -1 if "each" in tags else 1]
     check(volume, expected, said, spacing=(0.5, 2, spacing))
+    assert any(isinstance(note, Caution) for note in volume.notes) == ("slices" in said)
 
 
 PLACE = {"ImagePositionPatient": [1, 2, 3]}

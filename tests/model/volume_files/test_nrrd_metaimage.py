@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import SimpleITK as sitk  # noqa: N813
-from volume_writers import SPACING, check, voxels, write_metaimage, write_nrrd
+from volume_writers import SPACING, check, refused, voxels, write_metaimage, write_nrrd
 
 from model.volume_files import Choice, describe, read_volume
 
@@ -237,3 +237,25 @@ def test_a_mirrored_metaimage_and_a_sheared_one(tmp_path):
     volume = read_volume(write_metaimage(tmp_path / "shear.mha", ARRAY, *fields))
     assert "sheared back" in " ".join(volume.notes) and volume.missing is not None
     assert volume.spacing == pytest.approx((1, 1, 1.6))
+
+
+def write_header(folder, kind, name):
+    path, fields = folder / f"a.{kind}", [f"data file: {name}"]
+    if kind == "nhdr":
+        return write_nrrd(path, ARRAY, *fields, data=b"")
+    return write_metaimage(path, ARRAY, data=b"", file=name)
+
+
+@pytest.mark.parametrize(
+    "name", ["../secret.raw", "{tmp}/secret.raw", "sub/../../secret.raw", "link"]
+)
+@pytest.mark.parametrize("kind", ["nhdr", "mhd"])
+def test_no_header_leads_out_of_its_folder(tmp_path, kind, name):
+    folder = tmp_path / "data"
+    (folder / "sub").mkdir(parents=True)
+    for path in (tmp_path / "secret.raw", folder / "sub" / "inside.raw"):
+        path.write_bytes(ARRAY.tobytes())
+    (folder / "link").symlink_to(tmp_path / "secret.raw")
+    path = write_header(folder, kind, name.format(tmp=tmp_path))
+    refused(path, "outside the header's folder")
+    check(read_volume(write_header(folder, kind, "sub/inside.raw")), ARRAY)

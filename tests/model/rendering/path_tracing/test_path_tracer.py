@@ -415,7 +415,7 @@ def smooth_ball(view):
 
 
 def halves_of(kind, view, samples=64):
-    """What a picture has beyond smooth shading, twice: the noise of paths is independent."""
+    """Two differences of a picture from smooth shading; the noise of paths is independent."""
     if kind != "path":
         lit = open_renderer(kind, drop(), "direct")
         image = lit.render(white_ball(view), RASTER, 0.1)[..., :3].mean(axis=-1)
