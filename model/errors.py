@@ -11,7 +11,6 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from importlib.util import find_spec
-from typing import Any
 
 
 class TfscopeError(Exception):
@@ -76,12 +75,6 @@ def os_errors_as(kind: type[TfscopeError], what: str, remedy: str = "") -> Itera
 
 class VolumeError(TfscopeError):
     """A volume file cannot be read, or has no usable volume."""
-
-
-class ConstantVolumeError(VolumeError):
-    """All voxels of a volume have one value."""
-
-    volume: Any
 
 
 class TransferFunctionError(TfscopeError):

@@ -17,7 +17,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from model.errors import ConstantVolumeError, VolumeError
+from model.errors import VolumeError
 from model.scene.distribution import Distribution, Range
 from model.scene.value_scale import ValueScale, logarithms, value_at
 
@@ -84,9 +84,9 @@ class Volume:
     """A scalar field sampled on a regular, axis-aligned grid.
 
     Raises :class:`VolumeError` when the array is not 3-D, has an axis shorter than two voxels, is
-    not numeric, not finite or constant, when the spacing is not positive, when all voxels are
-    missing or the missing ones have another shape, or when the chosen range does not increase or
-    holds none of the voxels' values.
+    not numeric or not finite, when the spacing is not positive, when all voxels are missing or the
+    missing ones have another shape, or when the chosen range does not increase or holds none of the
+    voxels' values.
     """
 
     voxels: NDArray[np.generic]
@@ -141,14 +141,9 @@ class Volume:
                 f"{self.name}: the values from {lo:g} to {hi:g} span more than a floating-point "
                 "number can hold; scale them down."
             )
-        if lo == hi and self.distribution.is_constant:
-            error = ConstantVolumeError(
-                f"{self.name}: every voxel has the value {lo:g}; "
-                "a constant volume shows nothing, so choose another file or component."
-            )
-            error.volume = self
-            raise error
-        if not is_resolved((lo, hi)):
+        # A mask in a file may have one value.
+        is_mask = self.distribution.is_constant and self.stored is None
+        if not (is_mask or is_resolved((lo, hi))):
             raise VolumeError(
                 f"{self.name}: the values from {lo:.17g} to {hi:.17g} are too close to one another "
                 "for floating-point numbers to tell them apart; subtract an offset from them, or "

@@ -48,18 +48,21 @@ _READERS = {suffix: reader for suffixes, _, reader in _KINDS for suffix in suffi
 SUFFIXES = (*_READERS, *dicom.SUFFIXES, ".raw")  # for file dialogs
 
 
-def read_volume(path: Path, *, raw: RawLayout | None = None, choice: Choice = LARGEST) -> Volume:
+def read_volume(
+    path: Path, *, raw: RawLayout | None = None, choice: Choice = LARGEST, is_mask: bool = False
+) -> Volume:
     """Read a volume from a file of any supported kind, or from a folder of DICOM or TIFF slices.
 
     Without a layout, a .raw file must have one in its name, such as
     ``engine_256x256x110_uint8.raw``. Axis x is the file's fastest. Notes give assumptions and
-    changes. Raises VolumeError for all others, in a sentence with a remedy.
+    changes. Raises VolumeError for all others, in a sentence with a remedy, and unless it is a mask
+    for a volume of one value.
     """
     path = Path(path)
     try:
         _check_path(path)
         component_of(choice.component)
-        return make_volume(path, _read_grid(path, raw, choice), choice)
+        volume = make_volume(path, _read_grid(path, raw, choice), choice)
     except OSError as error:
         raise unreadable(path, error) from None
     except MemoryError:
@@ -67,6 +70,12 @@ def read_volume(path: Path, *, raw: RawLayout | None = None, choice: Choice = LA
             f"{path}: there is not enough free memory for this volume; "
             "close other programs, or crop or downsample it."
         ) from None
+    if volume.distribution.is_constant and not is_mask:
+        raise VolumeError(
+            f"{path}: every voxel has the value {volume.data_range[0]:g}; "
+            "a constant volume shows nothing, so choose another file or component."
+        )
+    return volume
 
 
 def _check_path(path: Path) -> None:

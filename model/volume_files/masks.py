@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from model.errors import ConstantVolumeError, TfscopeError, VolumeError, os_errors_as
+from model.errors import TfscopeError, VolumeError, os_errors_as
 from model.files import write_atomically
 from model.scene.distribution import Distribution
 from model.scene.mask import Mask
@@ -88,10 +88,7 @@ def read_labels(path: Path, volume: Volume, is_kept: bool = False) -> LabelMap:
     Voxels correspond by number, as another spacing may have been typed since. Raises
     :class:`TfscopeError` for a file without labels, or with a grid of unknown place.
     """
-    try:
-        labels = read_volume(path)
-    except ConstantVolumeError as error:
-        labels = error.volume
+    labels = read_volume(path, is_mask=True)
     if labels.missing is not None:
         labels = replace(labels, voxels=np.where(labels.missing, 0, labels.voxels), missing=None)
     is_same = is_kept and labels.dimensions == volume.dimensions

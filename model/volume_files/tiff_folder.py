@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.errors import VolumeError
-from model.scene.volume import FileFacts
+from model.scene.volume import Caution, FileFacts
 from model.volume_files.arrays import StoredArray
 from model.volume_files.blocks import counted
 from model.volume_files.checks import check_grid, slices_in, times
@@ -144,10 +144,8 @@ class NamedSeries:
         ]
         if usual < 1 or not missing:
             return ()
-        return (
-            f"Slices are missing: {listed_numbers(missing)}; those around them are shown "
-            "next to each other.",
-        )
+        said = f"Slices are missing: {listed_numbers(missing)}; those around them are shown "
+        return (Caution(said + "next to each other."),)
 
 
 def listed_numbers(numbers: Sequence[int]) -> str:
