@@ -32,11 +32,11 @@ SENTENCES = {
 """One sentence for each term; the terms are those of the glossary."""
 
 
-def gloss(term: str, text: str = "") -> str:
-    """Return a term as a link of rich text, shown as it is or as another text."""
+def gloss(term: str) -> str:
+    """Return a term as a link of rich text."""
     assert term in SENTENCES
     style = f"color: {theme.TEXT}; text-decoration: underline"
-    return f"<a href='{term}' style='{style}'>{text or term.lower()}</a>"
+    return f"<a href='{term}' style='{style}'>{term.lower()}</a>"
 
 
 def without_links(text: str) -> str:

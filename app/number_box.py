@@ -100,8 +100,8 @@ class NumberBox(QDoubleSpinBox):
     emitted for changes by the user alone. The tooltip has the meaning, then the limits.
     """
 
-    def __init__(self, parent: QWidget | None = None, meaning: str = "") -> None:
-        super().__init__(parent)
+    def __init__(self, meaning: str = "") -> None:
+        super().__init__()
         self.meaning = meaning
         self._digits = SHOWN_DIGITS
         self._typed: float | None = None

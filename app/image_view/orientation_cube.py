@@ -23,6 +23,7 @@ from PySide6.QtGui import (
 from PySide6.QtWidgets import QWidget
 
 from app import theme
+from app.controls import named
 from app.image_view.gestures import DEGREES_PER_PIXEL, turn
 from app.image_view.image_canvas import ImageCanvas
 from app.state.viewer_state import ViewerState
@@ -76,8 +77,7 @@ class OrientationCube(QWidget):
         self.setFixedSize(QSize(SIZE, SIZE))
         self.setMouseTracking(True)
         self.setCursor(Qt.CursorShape.PointingHandCursor)
-        self.setAccessibleName("Orientation")
-        self.setToolTip(HELP)
+        named(self, "Orientation", HELP)
         state.viewChangeFinished.connect(self.follow)
         state.navigationChanged.connect(self.follow)
         canvas.resized.connect(self._place)

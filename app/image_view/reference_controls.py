@@ -46,8 +46,8 @@ DRAWINGS: dict[Any, str] = {
 class BrightnessSlider(QWidget):
     """Shows and changes the brightness, with a button that resets it."""
 
-    def __init__(self, brightness: Brightness, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, brightness: Brightness) -> None:
+        super().__init__()
         self._brightness = brightness
         label = QLabel("Brightness")
         self.slider = QSlider(Qt.Orientation.Horizontal)
@@ -88,13 +88,7 @@ class BrightnessSlider(QWidget):
 class ReferenceControls(QObject):
     """Shows and changes how the reference image is drawn."""
 
-    def __init__(
-        self,
-        state: ViewerState,
-        work: ReferenceWork,
-        brightness: Brightness,
-        parent: QObject | None = None,
-    ) -> None:
+    def __init__(self, state: ViewerState, work: ReferenceWork, parent: QObject) -> None:
         super().__init__(parent)
         self._work = work
         self.ball = LightBall(state)
@@ -115,7 +109,7 @@ class ReferenceControls(QObject):
         self._denoises.setEnabled(denoising.installed())
         menu.addSeparator()
         slider = QWidgetAction(menu)
-        slider.setDefaultWidget(BrightnessSlider(brightness))
+        slider.setDefaultWidget(BrightnessSlider(state.brightness))
         menu.addAction(slider)
         self._tf_input = state.tf_input
         work.settingsChanged.connect(lambda _settings: self._show())
@@ -159,8 +153,8 @@ FIXED = (
 class LightBall(QWidget):
     """Shows the light's direction, which a drag or a click changes where the light is movable."""
 
-    def __init__(self, state: ViewerState, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, state: ViewerState) -> None:
+        super().__init__()
         self._state = state
         self._fixed = LightDirection()
         self._limits = LightRange()

@@ -17,6 +17,7 @@ from app.controls import (
     add_switch,
     add_title,
     fill,
+    named,
     rule,
     show_tips,
     text_button,
@@ -45,8 +46,7 @@ class Chip(QToolButton):
             self.setCheckable(True)
             self.clicked.connect(lambda on: switch(on))
         self.setProperty("role", "chip")
-        self.setAccessibleName(name)
-        self.setToolTip(tip)
+        named(self, name, tip)
         self.setFixedHeight(24)
         self.setIconSize(_ICON)
         self.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
@@ -163,9 +163,9 @@ class ChipBar(QWidget):
             "Whole image", "region", "The part of the image that curve and values refer to"
         )
         self.change = Chip("Change", "change", CHANGE_TIP, partial(asked.show_layer, "curve"))
-        self.more = text_button("▾", "What the curve measures, and how it is computed", role="chip")
+        tip = "What the curve measures, and how it is computed"
+        self.more = named(text_button("▾", tip, role="chip"), "Change: measure and engine")
         self.more.setFixedSize(24, 24)
-        self.more.setAccessibleName("Change: measure and engine")
         self.visible = Chip("Visible", "visible", VISIBLE_TIP, partial(asked.show_layer, "visible"))
         self.voxels = Chip("Voxels", "voxels", VOXELS_TIP, self._show_voxels)
         self.panel = IconButton("panel", "Values and edits", "F8")

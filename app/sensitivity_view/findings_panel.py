@@ -23,7 +23,7 @@ from PySide6.QtWidgets import (
 )
 
 from app import theme
-from app.controls import ElidedLabel, add_action, fill, text_button
+from app.controls import ElidedLabel, add_action, fill, label, named, text_button
 from app.glosses import explain, without_links
 from app.icons import IconButton
 from app.number_box import NumberBox
@@ -77,10 +77,10 @@ class PanelRow(QWidget):
         self._labels = [QLabel() if width else ElidedLabel() for width in widths]
         self._row = row = QHBoxLayout(self)
         row.setSpacing(4)
-        for label, width in zip(self._labels, widths, strict=True):
-            label.setMinimumWidth(width)
-            label.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
-            row.addWidget(label, 0 if width else 1)
+        for text, width in zip(self._labels, widths, strict=True):
+            text.setMinimumWidth(width)
+            text.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
+            row.addWidget(text, 0 if width else 1)
         for button in self.buttons:
             button.installEventFilter(self)
             row.addWidget(button)
@@ -115,11 +115,11 @@ class PanelRow(QWidget):
             return
         if row != self._shown:
             self._shown = row
-            for label, text in zip(self._labels, row.texts, strict=True):
-                if isinstance(label, ElidedLabel):
-                    label.set_full_text(text)
+            for shown, text in zip(self._labels, row.texts, strict=True):
+                if isinstance(shown, ElidedLabel):
+                    shown.set_full_text(text)
                 else:
-                    label.setText(text)
+                    shown.setText(text)
             self._row.setContentsMargins(28 if row.badge else 4, 0, 2, BAR)
             self.setToolTip(row.tip)
             self.setAccessibleName(" ".join(row.texts))
@@ -170,11 +170,9 @@ class SourceLabel(QLabel):
     """Names the engines of the curves, with the curves' colours."""
 
     def __init__(self, workspace: Workspace) -> None:
-        super().__init__()
+        super().__init__(textFormat=Qt.TextFormat.RichText, wordWrap=True)
         self._workspace = workspace
         self.setProperty("role", "dim")
-        self.setTextFormat(Qt.TextFormat.RichText)
-        self.setWordWrap(True)
         explain(self)
         # By Tab, too; Enter opens the glossary.
         flags = Qt.TextInteractionFlag
@@ -223,11 +221,10 @@ class FindingsPanel(QFrame):
         self.rename = IconButton("rename", "Rename the region")
         self.close_button = IconButton("close", "Close", "Esc")
         self.close_button.clicked.connect(lambda: asker.asked.open_panel(False))
-        self.height_box = NumberBox()
+        tip = "Opacity of the modes that the list adds"
+        self.height_box = named(NumberBox(), "Opacity of the modes to add", tip)
         self.height_box.setFixedSize(44, 22)
-        self.height_box.setAccessibleName("Opacity of the modes to add")
         self.height_box.show_value(asker.asked.choices.height)
-        self.height_box.setToolTip("Opacity of the modes that the list adds")
         self.height_box.valueChanged.connect(lambda height: asker.asked.choose(height=height))
         self.value_rows = [
             PanelRow((0, 40), [self._emphasis(index, *each) for each in EMPHASES])
@@ -241,9 +238,7 @@ class FindingsPanel(QFrame):
             row.siblings = self.value_rows
         for row in self.edit_rows:
             row.siblings = self.edit_rows
-        self.result = QLabel()
-        self.result.setWordWrap(True)
-        self.result.setProperty("role", "dim")
+        self.result = label("", "dim", wraps=True)
         # A result replaces the source line, so that nothing else moves.
         self._said = QStackedWidget()
         for line in (source, self.result):
@@ -315,13 +310,13 @@ class FindingsPanel(QFrame):
         # Edits are always those of the region.
         self.edits_heading.setText(f"{name}: add" if is_place else "Add a mode")
         self.rename.setEnabled(asker.asked.active is not None)
-        for label, rows, found in (
+        for note, rows, found in (
             (self.values_note, self.value_rows, values),
             (self.edits_note, self.edit_rows, edits),
         ):
-            label.setText(found.note)
+            note.setText(found.note)
             # With little room, rows are enough.
-            label.setVisible(bool(found.note) and not (self._is_low and found.rows))
+            note.setVisible(bool(found.note) and not (self._is_low and found.rows))
             for row, shown in zip_longest(rows, found.rows):
                 row.show_row(shown, found.is_fresh)
         for row, value in zip(self.value_rows, values.rows, strict=False):
@@ -353,9 +348,8 @@ class FindingsPanel(QFrame):
         rows: list[QWidget | QHBoxLayout] = [self.values_heading, self.values_note]
         rows += [*self.value_rows, self._edits_line, *self.edit_rows, self.edits_note, self._foot]
         fill(QVBoxLayout(page), *rows, 0, margins=(8, 0, 8, 4))
-        scroll = QScrollArea()
+        scroll = QScrollArea(widgetResizable=True)
         scroll.setProperty("role", "side")
-        scroll.setWidgetResizable(True)
         scroll.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         scroll.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         scroll.setWidget(page)
@@ -377,8 +371,7 @@ class FindingsPanel(QFrame):
 
 
 def _heading(text: str = "") -> QLabel:
-    label = QLabel(text)
-    label.setProperty("role", "dim")
-    label.setContentsMargins(4, 0, 0, 0)
-    label.setFixedHeight(HEADING_HEIGHT)
-    return label
+    heading = label(text, "dim")
+    heading.setContentsMargins(4, 0, 0, 0)
+    heading.setFixedHeight(HEADING_HEIGHT)
+    return heading

@@ -9,11 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.scene.mask import Mask
-from model.scene.ranges import robust_range
 from model.scene.scene import default_scalar_window
 from model.scene.thinned_volume import ThinnedVolume
 from model.scene.transfer_function import Range, TransferFunction
-from model.scene.value_scale import ValueScale
 from model.scene.volume import Volume
 from model.volume_files.shipped import first_transfer_function
 
@@ -36,11 +34,6 @@ class OpenedVolume:
     """Places (n, 3) around what the default TF shows, as fractions of the volume's lengths."""
     mask: Mask | None = None  # voxels that are shown at first; None for all
 
-    @property
-    def has_missing(self) -> bool:
-        """Whether the volume has missing voxels."""
-        return self.volume.missing is not None
-
     @classmethod
     def of(cls, path: Path, volume: Volume, mask: Mask | None = None) -> OpenedVolume:
         """Compute the derived data over the volume's scalar range; may take a second."""
@@ -49,16 +42,3 @@ class OpenedVolume:
         window = default_scalar_window(volume)
         shown = ThinnedVolume.of(volume).shown_points(default.opacity)
         return cls(path, volume, counts, edges, volume.fingerprint, default, window, shown, mask)
-
-    def over(self, scalar_range: Range, scale: ValueScale | None = None) -> OpenedVolume:
-        """Return the same volume over another range and scale, or raise :class:`VolumeError`."""
-        return OpenedVolume.of(self.path, self.volume.over(scalar_range, scale))
-
-    def on_scale(self, scale: ValueScale) -> OpenedVolume:
-        """Return it over its robust range on another scale, or raise :class:`VolumeError`."""
-        volume = self.volume.on_scale(scale)
-        return OpenedVolume.of(self.path, volume.over(robust_range(volume)))
-
-    def drawing_missing(self, drawn: bool) -> OpenedVolume:
-        """Return the same volume with its missing voxels drawn, or not."""
-        return OpenedVolume.of(self.path, self.volume.drawing_missing(drawn))

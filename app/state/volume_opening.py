@@ -140,24 +140,32 @@ class VolumeOpening(QObject):
 
     def show_over(self, scalar_range: Range, scale: ValueScale) -> None:
         """Show the open volume over another range and scale."""
-        opened = self._model.opened
-        if opened is None:
-            return
-        if (scalar_range, scale) != (opened.volume.scalar_range, opened.volume.scale):
-            self._ranging.ask(partial(opened.over, scalar_range, scale))
+        volume = self._volume
+        if volume and (scalar_range, scale) != (volume.scalar_range, volume.scale):
+            self._change(lambda: volume.over(scalar_range, scale))
 
     def show_on_scale(self, scale: ValueScale) -> None:
         """Show the open volume on another scale, under its default TF: one undo step."""
-        opened = self._model.opened
-        if opened is not None and scale != opened.volume.scale:
-            self._ranging.ask(partial(opened.on_scale, scale))
+        volume = self._volume
+        if volume and scale != volume.scale:
+            self._change(lambda: _robust(volume.on_scale(scale)))
 
     def draw_missing(self, drawn: bool) -> None:
         """Draw the open volume's missing voxels, or leave them transparent (the default)."""
-        opened = self._model.opened
-        if opened is not None and opened.has_missing and drawn != opened.volume.draws_missing:
-            self._preferences.note_volume(opened.fingerprint, draws_missing=drawn)
-            self._ranging.ask(partial(opened.drawing_missing, drawn))
+        volume = self._volume
+        if volume and volume.missing is not None and drawn != volume.draws_missing:
+            self._preferences.note_volume(volume.fingerprint, draws_missing=drawn)
+            self._change(partial(volume.drawing_missing, drawn))
+
+    @property
+    def _volume(self) -> Volume | None:
+        return None if self._model.opened is None else self._model.opened.volume
+
+    def _change(self, changed: Callable[[], Volume]) -> None:
+        """Show what a function makes of the open volume; it is called in a thread."""
+        assert self._model.opened is not None
+        path = self._model.opened.path
+        self._ranging.ask(lambda: OpenedVolume.of(path, changed()))
 
     def abandon(self) -> None:
         """Discard all running work."""
@@ -190,7 +198,7 @@ class VolumeOpening(QObject):
 
         with watched(listen):
             volume, gone = _read(self._read_volume, path, wanted)
-        volume = volume.over(robust_range(volume))
+        volume = _robust(volume)
         memory, damage = self._preferences.recall(volume.fingerprint)
         if wanted.memory is not None:
             memory = _replacing(memory, wanted.memory)
@@ -290,14 +298,17 @@ def _read(read_volume: Callable[..., Volume], path: Path, wanted: Wanted) -> tup
     return read_volume(path, **options), said
 
 
+def _robust(volume: Volume) -> Volume:
+    return volume.over(robust_range(volume))
+
+
 def _first_range(
     volume: Volume, wanted: Wanted, memory: VolumeMemory, model: _ModelNow, library: Library
 ) -> Volume:
     """Return a volume over the wanted or remembered range and scale."""
     kept, fingerprint = memory.tf, volume.fingerprint
     if wanted.scale is not None and wanted.scale != volume.scale:
-        volume = volume.on_scale(wanted.scale)
-        volume = volume.over(robust_range(volume))
+        volume = _robust(volume.on_scale(wanted.scale))
     if wanted.scalar_range is not None:
         return volume.over(wanted.scalar_range.of(volume))
     if wanted.scale is not None:

@@ -41,8 +41,8 @@ class TransferFunctionEditor(QFrame):
     resized = Signal()
     folded = Signal(bool)  # when the plots are folded or unfolded
 
-    def __init__(self, state: ViewerState, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, state: ViewerState) -> None:
+        super().__init__()
         self.setProperty("role", "panel")
         self._state = state
         self.selection = Selection(self)

@@ -12,7 +12,7 @@ from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QWidget
 
 from app import theme
-from app.controls import Painted, fill, text_button
+from app.controls import Painted, fill, label, named, text_button
 from app.icons import IconButton
 from app.number_box import NumberBox
 from app.placing import freest
@@ -74,15 +74,11 @@ class ModeCard(QFrame):
     def _lay_out(self) -> None:
         self._row = row = fill(QHBoxLayout(self), margins=(8, 0, 4, 0), spacing=4)
         for box, text in zip(self.fields, FIELDS, strict=True):
-            box.setAccessibleName(text.capitalize())
-            box.setProperty("role", "card")
+            named(box, text.capitalize()).setProperty("role", "card")
             box.setFixedHeight(22)
             box.lineEdit().setTextMargins(0, 0, 0, 0)
-            caption = QLabel(text)
-            caption.setProperty("role", "dim")
-            caption.setToolTip(box.meaning)
-            self._captions[box] = caption
-            row.addWidget(caption)
+            self._captions[box] = named(label(text, "dim"), tip=box.meaning)
+            row.addWidget(self._captions[box])
             row.addWidget(box)
         row.addWidget(self.color_button)
         row.addWidget(self.remove_button)
@@ -116,8 +112,7 @@ class ModeCard(QFrame):
         else:
             self.heading = "Nothing selected"
             self.remove_button.setEnabled(False)
-        self.setAccessibleName(self.heading)
-        self.setToolTip(self.heading)
+        named(self, self.heading, self.heading)
         said = [self.heading]
         if self._selection.current is not None:
             shown = [box for box in self.fields if not box.isHidden()]

@@ -13,7 +13,6 @@ from PySide6.QtGui import QIcon, QImage, QPixmap, QShowEvent
 from PySide6.QtWidgets import (
     QFormLayout,
     QFrame,
-    QLabel,
     QListWidget,
     QListWidgetItem,
     QMenu,
@@ -22,7 +21,16 @@ from PySide6.QtWidgets import (
     QWidgetAction,
 )
 
-from app.controls import Painted, add_action, add_switch, picture_icon, show_tips, text_button
+from app.controls import (
+    Painted,
+    add_action,
+    add_switch,
+    label,
+    named,
+    picture_icon,
+    show_tips,
+    text_button,
+)
 from app.icons import BUTTON, IconButton
 from app.number_box import NumberBox, significant
 from app.state.viewer_state import ViewerState
@@ -63,8 +71,7 @@ class PresetMenu(QMenu):
         self._listed: tuple[Preset, ...] = ()
         self.own: Callable[[], Sequence[Preset]] = tuple  # the user's own, listed last
         self.units = ""  # unit of the volume's scalars; may be empty
-        self.list = QListWidget()
-        self.list.setAccessibleName("Presets")
+        self.list = named(QListWidget(), "Presets")
         self.list.setGridSize(CELL)
         self.list.setWordWrap(True)
         self.list.setViewMode(QListWidget.ViewMode.IconMode)
@@ -165,8 +172,7 @@ class RangePopup(QFrame):
         self._layer = layer
         self._data_range: Range = (0.0, 1.0)
         self.low, self.high = NumberBox(), NumberBox()
-        self._hint = QLabel()
-        self._hint.setProperty("role", "dim")
+        self._hint = label("", "dim")
         form = QFormLayout(self)
         form.addRow("From", self.low)
         form.addRow("to", self.high)
@@ -386,8 +392,7 @@ class TransferFunctionMenu(QObject):
 
 
 def _menu_button(name: str, text: str, tip: str) -> QToolButton:
-    button = text_button(text, tip, role="flat")
-    button.setAccessibleName(name)
+    button = named(text_button(text, tip, role="flat"), name)
     button.setFixedHeight(BUTTON)
     return button
 

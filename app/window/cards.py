@@ -17,7 +17,6 @@ from PySide6.QtWidgets import (
     QPushButton,
     QToolButton,
     QVBoxLayout,
-    QWidget,
 )
 from superqt import QDoubleRangeSlider, QDoubleSlider
 
@@ -44,8 +43,8 @@ class EmptyCard(Card):
     """Offers a first volume in the middle of the reference's image if none could be read."""
 
     def __init__(self, context: Context, files: Files) -> None:
-        super().__init__(context.reference.canvas)
-        self._pane, self._workspace = context.reference, context.workspace
+        self._pane, self._workspace = context.panes[1], context.workspace
+        super().__init__(self._pane.canvas)
         button = named(QPushButton("Open…"), tip="Open a volume's file (Ctrl+O)")
         self.open = clicked(button, files.ask_and_open)
         self.samples: list[QToolButton] = []
@@ -226,8 +225,8 @@ class CropCard(Card):
 
     shownChanged = Signal(bool)  # emitted when it is shown or hidden, other than with its window
 
-    def __init__(self, state: ViewerState, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, state: ViewerState) -> None:
+        super().__init__()
         self._state = state
         self._dimensions = WITHOUT_VOLUME
         self.names = [QLabel() for _ in range(3)]

@@ -12,12 +12,8 @@ from PySide6.QtWidgets import QFileDialog, QMainWindow, QMessageBox
 
 from app.engines.client import EngineClient
 from app.image_view.engine_pane import EnginePane
-from app.state.latent_session import LatentState
-from app.state.preferences import Preferences
-from app.state.sensitivity_state import SensitivityState
 from app.state.session import SUFFIX
-from app.state.viewer_state import ViewerState
-from app.state.workspace import Workspace
+from app.state.workspace import Viewing, Workspace
 from app.window.notices import Notices
 from app.window.status_line import StatusLine
 from model.errors import TfscopeError
@@ -25,26 +21,20 @@ from model.volume_files import SUFFIXES
 
 
 @dataclass(frozen=True)
-class Context:
+class Context(Viewing):
     """The window with its state, its images, and its notices and status line."""
 
     window: QMainWindow
-    preferences: Preferences
-    state: ViewerState
-    sensitivity: SensitivityState
-    latent: LatentState
     workspace: Workspace
     analyst: EngineClient
-    generator: EnginePane
-    reference: EnginePane
-    pane_b: EnginePane
+    panes: tuple[EnginePane, EnginePane, EnginePane]  # of the generator, the reference and B
     notices: Notices
     status: StatusLine
 
-    @property
-    def panes(self) -> tuple[EnginePane, ...]:
-        """The images."""
-        return self.generator, self.reference, self.pane_b
+    def update_images(self) -> None:
+        """Paint all images again, as something over them has changed."""
+        for pane in self.panes:
+            pane.canvas.update()
 
     def fail(self, text: str, key: str = "") -> None:
         """Show an error; it replaces the one with the same key."""

@@ -22,7 +22,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.controls import WheelGuard, answer_box, fill, form, label, list_box
+from app.controls import WheelGuard, answer_box, fill, form, label, list_box, named
 from app.number_box import WholeNumberBox
 from app.picture import BLACK, LARGEST_SIZE, WHITE, Background, paint_background
 from app.window.figure import CONTENTS, FigureChoice, Size, Which
@@ -78,10 +78,9 @@ class FigureDialog(QDialog):
         self.scale_box.setToolTip(f"In perspective, its length holds {DEPTH_TEXT}")
         self.samples_box = _samples_box(begin.samples) if begin.samples else None
         self._memory = label("", "dim")
-        self._picture = label("Drawing …", "dim")
+        self._picture = named(label("Drawing …", "dim"), "Preview")
         self._picture.setAlignment(Qt.AlignmentFlag.AlignTop | Qt.AlignmentFlag.AlignHCenter)
         self._picture.setFixedSize(*PREVIEW)
-        self._picture.setAccessibleName("Preview")
         self._lay_out()
         self._show(begin)
         self._connect()
@@ -106,14 +105,12 @@ class FigureDialog(QDialog):
         self._picture.setPixmap(QPixmap.fromImage(picture.scaled(*PREVIEW, keep, how)))
 
     def _side(self, name: str) -> WholeNumberBox:
-        box = WholeNumberBox()
-        box.setAccessibleName(name)
+        box = named(WholeNumberBox(), name, f"From {LEAST_SIZE} to {LARGEST_SIZE} pixels")
         box.setRange(LEAST_SIZE, LARGEST_SIZE)
         box.setSuffix(" px")
         # Following each key, one side would rewrite the other during typing.
         box.setKeyboardTracking(False)
         box.lineEdit().setTextMargins(6, 0, 6, 0)
-        box.setToolTip(f"From {LEAST_SIZE} to {LARGEST_SIZE} pixels")
         return box
 
     def _limit(self, box: QDoubleSpinBox | QSpinBox, low: float, high: float, value: float) -> None:

@@ -321,16 +321,16 @@ class FigureSaving(QObject):
 
     def _take_compared(self, found: tuple[_Job, Comparison | None, Any]) -> None:
         job, compared, _ = found
-        choice, inputs = job.choice, job.frames[job.drawn]
-        if self._preview is not None and job is self._preview[1]:
-            image = figure(choice, job.images, inputs, job.subject, compared)
-            self._preview[0].show_preview(image)
-        if job is not self._job:
+        choice, is_preview = job.choice, self._preview is not None and job is self._preview[1]
+        if not (is_preview or job is self._job):
             return
         try:
-            image = figure(choice, job.images, inputs, job.subject, compared)
+            image = figure(choice, job.images, job.frames[job.drawn], job.subject, compared)
         except RenderError as error:
             self._fail(str(error))
+            return
+        if self._preview is not None and is_preview:
+            self._preview[0].show_preview(image)
             return
         job.drawn += 1
         if not choice.seconds:

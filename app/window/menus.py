@@ -276,7 +276,7 @@ class Menus:
         workspace, overlays, editor = window.workspace, window.overlays, window.editor
 
         draws_missing = self._if_opened(lambda opened: opened.volume.draws_missing)
-        has_missing = self._if_opened(lambda opened: opened.has_missing)
+        has_missing = self._if_opened(lambda opened: opened.volume.missing is not None)
 
         def toggle_full() -> None:
             window.showNormal() if window.isFullScreen() else window.showFullScreen()

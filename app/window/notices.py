@@ -23,8 +23,8 @@ NoticeTone = Literal["plain", "error"]
 class Notices(QWidget):
     """Lists notices, newest first, until the user dismisses them; hidden without any."""
 
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self) -> None:
+        super().__init__()
         self._lines: list[_Line] = []
         self._before: QWidget | None = None
         self._column = fill(QVBoxLayout(self), spacing=4)
@@ -131,11 +131,9 @@ class _Line(Card):
         super().__init__()
         self.text, self.key = text, key
         self.setProperty("tone", tone)
-        self._label = QLabel(text)
         # File names in errors are plain text, and can be copied.
-        self._label.setTextFormat(Qt.TextFormat.PlainText)
+        self._label = QLabel(text, textFormat=Qt.TextFormat.PlainText, wordWrap=True)
         self._label.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
-        self._label.setWordWrap(True)
         self.setAccessibleName(f"Error: {text}" if tone == "error" else text)
         self.row = fill(QHBoxLayout(self), margins=(12, 4, 4, 4), spacing=8)
         self.row.addWidget(self._label, 1)

@@ -240,20 +240,16 @@ class ImageError(QObject):
             self._coloring.ask(lambda: (compared, compared.colored))
         elif self.is_wanted:
             self._take_colored((compared, compared.colored))
-        self._update()
+        self._context.update_images()
 
     def _take_colored(self, found: tuple[Comparison, NDArray[np.float64]]) -> None:
         if found[0] is self._compared:
             self._difference = to_qimage(found[1])
-            self._update()
+            self._context.update_images()
 
     def _refuse(self, text: str) -> None:
         self._context.fail(text, "difference")
         self.choose("colors")
-
-    def _update(self) -> None:
-        for pane in self._context.panes:
-            pane.canvas.update()
 
     def join(self) -> None:
         """Stop computing differences, and wait for the thread."""
@@ -293,7 +289,7 @@ class ImageError(QObject):
         self._difference = self._compared = None
         for pane in (self._generator, self._pane_b):
             pane.set_note("")
-        self._update()
+        self._context.update_images()
 
     def forget(self, pane: EnginePane) -> None:
         """Stop comparing a pane's image until it is drawn again."""

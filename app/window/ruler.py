@@ -104,7 +104,6 @@ class Ruler(QObject):
 
     def _show(self, line: tuple[Triple, ...]) -> None:
         self._overlays.subject = replace(self._overlays.subject, line=line)
-        for pane in self._context.panes:
-            if not self.is_on:
-                pane.canvas.setCursor(QCursor(Qt.CursorShape.OpenHandCursor))
-            pane.canvas.update()
+        for pane in self._context.panes if not self.is_on else ():
+            pane.canvas.setCursor(QCursor(Qt.CursorShape.OpenHandCursor))
+        self._context.update_images()

@@ -79,7 +79,7 @@ class Slices(QObject):
         self.state.place = known.cross_hair or (self.state.place if is_next else MIDDLE)
         self.show_volume(opened)
         self._set_shown(self._context.preferences.settings.slices)
-        self._update_images()
+        self._context.update_images()
 
     def show_volume(self, opened: OpenedVolume) -> None:
         """Show the open volume over another range, or on another scale."""
@@ -100,7 +100,7 @@ class Slices(QObject):
         self._hover(None)
         column.refresh()
         self._resize()
-        self._update_images()
+        self._context.update_images()
 
     def _built(self) -> SlicesColumn:
         column = SlicesColumn(self.state, self._resize)
@@ -128,11 +128,7 @@ class Slices(QObject):
 
     def _keep_place(self) -> None:
         self._context.workspace.keep(cross_hair=self.state.place)
-        self._update_images()
-
-    def _update_images(self) -> None:
-        for pane in self._context.panes:
-            pane.canvas.update()
+        self._context.update_images()
 
     def _follow_question(self, what: str) -> None:
         """Outline the band of values, and move to the surface at a clicked point."""

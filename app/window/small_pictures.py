@@ -30,7 +30,7 @@ class SmallPictures(QObject):
         super().__init__(context.window)
         self._context, self._show = context, show
         self._quality = Quality(size)
-        clients = context.analyst, context.reference.client
+        clients = context.analyst, context.panes[1].client
         self._analyst, self._reference = (Channel(client, name, self) for client in clients)
         self._wanted: BatchRequest | None = None
         self._traced = self._is_tracing = False

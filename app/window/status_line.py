@@ -36,8 +36,7 @@ class StatusLine(QStatusBar):
         self.setFixedHeight(HEIGHT)
         self.setContentsMargins(8, 0, 8, 0)
         self._news = ElidedLabel()
-        self._keys = QLabel()
-        self._keys.setTextFormat(Qt.TextFormat.RichText)
+        self._keys = QLabel(textFormat=Qt.TextFormat.RichText)
         self._keys.setMinimumWidth(0)
         self._left = QStackedWidget()
         for each in (self._keys, self._news):

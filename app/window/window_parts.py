@@ -60,13 +60,13 @@ class WindowParts(QMainWindow):
         )
         self.editor = TransferFunctionEditor(self.state)
         self.notice, self.status = Notices(), StatusLine(self.state, self.sensitivity_state)
-        states = self.state, self.sensitivity_state, self.latent_state
-        viewing = Viewing(*states, self.preferences)
+        states = self.state, self.sensitivity_state, self.latent_state, self.preferences
+        viewing = Viewing(*states)
         clients = Clients(generator, reference, analyst)
         self.workspace = Workspace(viewing, clients, builders.on(device), self)
         panes = self.generator, self.reference, self.pane_b
-        parts = *states, self.workspace, analyst, *panes, self.notice, self.status
-        self.context = Context(self, self.preferences, *parts)
+        parts = *states, self, self.workspace, analyst, panes, self.notice, self.status
+        self.context = Context(*parts)
         self._build_widgets()
         self._lay_out()
         self._build_layers()
@@ -76,7 +76,7 @@ class WindowParts(QMainWindow):
         work = self.workspace.reference
         self.browser = LatentBrowser(self.state, self.workspace.latent, self.reference, self.editor)
         self.plot_memory = PlotMemory(self.editor.area, self.preferences)
-        self.reference_controls = ReferenceControls(self.state, work, self.brightness, self)
+        self.reference_controls = ReferenceControls(self.state, work, self)
         self.exactness = ExactnessSlider(work)
         controls = self.reference_controls
         self.top_bar = TopBar(controls.ball, controls.light, self.exactness)
