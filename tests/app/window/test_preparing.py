@@ -76,15 +76,21 @@ def kernels(_volume, settings):
     return KernelGroup("uint8", light, "images"), KernelGroup("uint8", light, "questions")
 
 
-def test_vtk_draws_until_the_kernels_are_compiled(qtbot, builders, monkeypatch):
+@pytest.fixture
+def held(qtbot, builders, monkeypatch):
+    """A window in path-traced light, whose kernels wait for the test."""
     monkeypatch.setattr(reference_work, "Preparation", HeldPreparation)
-    window = opened(qtbot, builders)
-    work, analyst = window.workspace.reference, window.context.analyst
-    preparation = work.preparation
-    window.workspace.open_model(None)
-    window.workspace.opening.open(Path("ramp"))
+    window = MainWindow(replace(builders.make(), kernels=kernels))
+    qtbot.addWidget(window)
+    window.workspace.reference.choose(lighting="path")
     window.show()
-    client = window.reference.client
+    return window
+
+
+def test_vtk_draws_until_the_kernels_are_compiled(qtbot, held):
+    window, work, analyst = held, held.workspace.reference, held.context.analyst
+    preparation, client = work.preparation, window.reference.client
+    window.workspace.opening.open(Path("ramp"))
     qtbot.waitUntil(lambda: client.is_settled, timeout=1000 * PATIENCE_S)
     images, questions = preparation.wanted
     assert images.lighting == "path"
@@ -112,15 +118,11 @@ def test_vtk_draws_until_the_kernels_are_compiled(qtbot, builders, monkeypatch):
 
 
 def test_figures_wait_for_the_engine_and_sessions_keep_the_light_that_follows(
-    qtbot, builders, monkeypatch, tmp_path
+    qtbot, builders, held, tmp_path
 ):
-    monkeypatch.setattr(reference_work, "Preparation", HeldPreparation)
-    window = opened(qtbot, builders)
-    work, place = window.workspace.reference, tmp_path / "figure.png"
-    window.workspace.open_model(None)
-    window.workspace.opening.open(Path("ramp"))
-    window.show()
+    window, work, place = held, held.workspace.reference, tmp_path / "figure.png"
     client = window.reference.client
+    window.workspace.opening.open(Path("ramp"))
     qtbot.waitUntil(lambda: client.is_settled, timeout=1000 * PATIENCE_S)
 
     def give_up(request, watch):
@@ -145,15 +147,14 @@ def test_figures_wait_for_the_engine_and_sessions_keep_the_light_that_follows(
     assert not window.notice.text
 
 
-def test_one_image_is_shown_until_the_path_tracer_can_draw(qtbot, builders, network, monkeypatch):
-    monkeypatch.setattr(reference_work, "Preparation", HeldPreparation)
+def test_one_image_is_shown_until_the_path_tracer_can_draw(
+    qtbot, builders, network, monkeypatch, held
+):
     model_of_ramp = Scene.of(builders.volumes["ramp"], image_size=16)
     monkeypatch.setattr(Library, "scene_of", lambda *_: model_of_ramp)
-    window = opened(qtbot, builders)
-    work, preparation = window.workspace.reference, window.workspace.reference.preparation
+    window, work, preparation = held, held.workspace.reference, held.workspace.reference.preparation
     window.workspace.opening.open(Path("ramp"))
     window.workspace.open_model(Path("model"))
-    window.show()
     qtbot.waitUntil(lambda: window.reference.client.is_settled, timeout=1000 * PATIENCE_S)
     assert not window.generator.isVisible()
     assert "path-traced light follows" in window.reference.status
@@ -179,12 +180,11 @@ def test_one_image_is_shown_until_the_path_tracer_can_draw(qtbot, builders, netw
 
 
 def test_where_vtk_cannot_draw_the_window_says_how_long_the_first_kernel_takes(
-    qtbot, builders, monkeypatch
+    qtbot, builders, held
 ):
-    monkeypatch.setattr(reference_work, "Preparation", HeldPreparation)
     builders.failing = "direct"
-    window = opened(qtbot, builders)
-    preparation, client = window.workspace.reference.preparation, window.reference.client
+    window, work = held, held.workspace.reference
+    preparation, client = work.preparation, window.reference.client
     window.workspace.opening.open(Path("ramp"))
     qtbot.waitUntil(lambda: client.text.endswith("0 of 2"), timeout=1000 * PATIENCE_S)
     assert "no light" in client.text
@@ -193,19 +193,11 @@ def test_where_vtk_cannot_draw_the_window_says_how_long_the_first_kernel_takes(
     # It draws in the light that it can first.
     preparation.there.add(KernelGroup("uint8", "soft", "images"))
     preparation.finish(KernelGroup("uint8", "soft", "questions"))
-    assert window.workspace.reference.settings.lighting == "soft"
+    assert work.settings.lighting == "soft"
     preparation.finish(preparation.wanted[0])
     # Not before the first picture has rested.
-    work = window.workspace.reference
     qtbot.waitUntil(lambda: work.settings.lighting == "path", timeout=1000 * PATIENCE_S)
     qtbot.waitUntil(lambda: window.workspace.is_settled, timeout=1000 * PATIENCE_S)
-
-
-def opened(qtbot, builders):
-    window = MainWindow(replace(builders.make(), kernels=kernels))
-    qtbot.addWidget(window)
-    window.workspace.reference.choose(lighting="path")
-    return window
 
 
 def test_the_network_draws_while_the_light_is_path_traced(

@@ -53,19 +53,21 @@ def homogeneous(opacity, color, n=12, spacing=(1.0, 1.0, 1.0)):
     return volume, opacity_tf, ColorTF((lo, hi), ((lo, *color), (hi, *color)))
 
 
-def balls(dtype, spacing=(1.0, 1.0, 1.0), missing=False):
-    """Some soft balls of different values."""
-    rng = np.random.default_rng(5)
-    shape = (26, 22, 30)
+def soft_balls(shape, middles, radii, values):
+    """Values from 0 to 255 (nz, ny, nx) of the brightest of some balls with soft rims."""
     places = np.stack(np.meshgrid(*map(np.arange, shape), indexing="ij"), axis=-1)
     field = np.zeros(shape)
-    for middle, radius, value in zip(
-        rng.uniform(0, shape, (9, 3)), rng.uniform(3, 8, 9), rng.uniform(60, 255, 9), strict=True
-    ):
+    for middle, radius, value in zip(middles, radii, values, strict=True):
         distance = np.linalg.norm(places - middle, axis=-1)
         field = np.maximum(field, value * np.clip(1.5 - distance / radius, 0, 1))
-    factor = {"uint8": 1.0, "float32": 1e-3}[dtype]
-    values = (np.clip(field, 0, 255) * factor).astype(dtype)
+    return np.clip(field, 0, 255)
+
+
+def balls(dtype, spacing=(1.0, 1.0, 1.0), missing=False):
+    """Some soft balls of different values."""
+    draw, shape = np.random.default_rng(5).uniform, (26, 22, 30)
+    field = soft_balls(shape, draw(0, shape, (9, 3)), draw(3, 8, 9), draw(60, 255, 9))
+    values = (field * {"uint8": 1.0, "float32": 1e-3}[dtype]).astype(dtype)
     hidden = None
     if missing:
         hidden = np.zeros(shape, dtype=bool)
@@ -308,16 +310,9 @@ class MitsubaScene:
     @property
     def volume(self):
         """Soft balls of different values, without symmetries."""
-        rng = np.random.default_rng(5)
-        shape = (20, 18, 22)
-        places = np.stack(np.meshgrid(*map(np.arange, shape), indexing="ij"), axis=-1)
-        field = np.zeros(shape)
-        for middle, radius, value in zip(
-            rng.uniform(2, 16, (8, 3)), rng.uniform(3, 7, 8), rng.uniform(90, 255, 8), strict=True
-        ):
-            distance = np.linalg.norm(places - middle, axis=-1)
-            field = np.maximum(field, value * np.clip(1.5 - distance / radius, 0, 1))
-        return Volume(np.clip(field, 0, 255).astype(np.uint8), self.spacing)
+        draw = np.random.default_rng(5).uniform
+        placed = draw(2, 16, (8, 3)), draw(3, 7, 8), draw(90, 255, 8)
+        return Volume(soft_balls((20, 18, 22), *placed).astype(np.uint8), self.spacing)
 
     @property
     def inputs(self):
