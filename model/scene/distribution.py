@@ -3,19 +3,25 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable
 from functools import cached_property
-from typing import Any
+from threading import Lock
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
+
+from model.threads import in_threads
 
 _COUNTABLE = 1 << 16  # most whole numbers that are counted one by one
 _SAMPLES = 1 << 18  # sample of voxels for percentiles if there are more values
 _KEPT = 16  # most cached histograms
 _FEWEST_STEPS = 64  # most steps above 1 that bins follow
 _EXACT = 2.0**52  # below this size a float holds whole numbers and halves
+_MANY = 1 << 20  # voxels from which on threads save time
+_CELLS = 1 << 14  # equal parts of a histogram's range; most of them lie in one bin
 Range = tuple[float, float]
+_T = TypeVar("_T")
 
 
 class Distribution:
@@ -31,30 +37,34 @@ class Distribution:
     @cached_property
     def range(self) -> Range:
         """Smallest and largest voxel."""
-        lowest, highest = self._ends
+        lowest, highest = self.ends
         return float(lowest), float(highest)
 
     @property
     def is_constant(self) -> bool:
         """Whether all voxels are equal, exactly, not as floats."""
-        lowest, highest = self._ends
+        lowest, highest = self.ends
         return bool(lowest == highest)
 
-    def planes(self) -> Iterator[NDArray[Any]]:
-        """Yield the measured voxels, one slice along z at a time, as arrays of any shape."""
-        if self._missing is None:
-            yield from self._voxels
-        else:
-            for plane, missing in zip(self._voxels, self._missing, strict=True):
-                yield plane[~missing]
+    def of_planes(self, call: Callable[[NDArray[Any]], _T]) -> list[_T]:
+        """Return what a function finds in the measured voxels (n,) of each slice along z."""
+        places = range(len(self._voxels))
+        if self._voxels.size < _MANY:
+            return [call(self._measured(z)) for z in places]
+        return in_threads(lambda z: call(self._measured(z)), places)
+
+    def _measured(self, z: int) -> NDArray[Any]:
+        plane = self._voxels[z]
+        if self._missing is None or not self._missing[z].any():
+            return plane.ravel()
+        return plane[~self._missing[z]]
 
     @cached_property
-    def _ends(self) -> tuple[Any, Any]:
-        """Smallest and largest voxel, of the voxels' own type."""
-        if self._missing is None:
-            return self._voxels.min(), self._voxels.max()
-        ends = [(plane.min(), plane.max()) for plane in self.planes() if plane.size]
-        return min(low for low, _ in ends), max(high for _, high in ends)
+    def ends(self) -> tuple[Any, Any]:
+        """Smallest and largest voxel, of the voxels' own type; NaN if there is one."""
+        found = self.of_planes(lambda plane: plane.size and (plane.min(), plane.max()))
+        lows, highs = zip(*filter(None, found), strict=True)
+        return np.min(lows), np.max(highs)
 
     @cached_property
     def is_whole(self) -> bool:
@@ -89,15 +99,20 @@ class Distribution:
         counts = self._whole_counts
         if counts is not None:
             occurring = np.flatnonzero(counts)
-            return occurring + int(self._ends[0]), counts[occurring]
+            return occurring + int(self.ends[0]), counts[occurring]
+        values, counts = np.unique(self.sample, return_counts=True)
+        return values, counts
+
+    @cached_property
+    def sample(self) -> NDArray[np.generic]:
+        """A fixed random sample of 262,144 measured voxels; all of fewer."""
         voxels = self._voxels
         if self._missing is not None:
-            voxels = self._some_measured(self._missing)
-        elif voxels.size > _SAMPLES:
-            chosen = np.random.default_rng(0).integers(0, voxels.size, _SAMPLES)
-            voxels = voxels[np.unravel_index(chosen, voxels.shape)]
-        values, counts = np.unique(voxels, return_counts=True)
-        return values, counts
+            return self._some_measured(self._missing)
+        if voxels.size <= _SAMPLES:
+            return voxels.ravel()
+        chosen = np.random.default_rng(0).integers(0, voxels.size, _SAMPLES)
+        return voxels[np.unravel_index(chosen, voxels.shape)]
 
     def histogram(self, edges: NDArray[np.float64]) -> NDArray[np.int64]:
         """Count the voxels between each edge and the next; the last bin includes its end."""
@@ -154,34 +169,57 @@ class Distribution:
         ranks = np.sort(np.random.default_rng(0).integers(0, total, _SAMPLES))
         ends = np.searchsorted(ranks, np.cumsum(counts))
         starts = np.cumsum(counts) - counts
-        chosen, first = [], 0
-        for plane, start, end in zip(self.planes(), starts, ends, strict=True):
-            chosen.append(plane[ranks[first:end] - start])
-            first = end
-        return np.concatenate(chosen)
+        wanted = np.split(ranks - np.repeat(starts, np.diff(ends, prepend=0)), ends[:-1])
+        return np.concatenate([self._measured(z)[own] for z, own in enumerate(wanted)])
 
     def _count(self, edges: NDArray[np.float64]) -> NDArray[np.int64]:
         counts = self._whole_counts
         if counts is not None:
-            values = np.arange(len(counts)) + int(self._ends[0])
+            values = np.arange(len(counts)) + int(self.ends[0])
             return np.histogram(values, bins=edges, weights=counts)[0].astype(np.int64)
-        total = np.zeros(len(edges) - 1, dtype=np.int64)
-        # Plane by plane: `np.histogram` would otherwise copy the whole volume to float64.
-        for plane in self.planes():
-            total += np.histogram(plane, bins=edges)[0]
-        return total
+        return np.sum(self.of_planes(_counter(edges)), axis=0)
 
     @cached_property
     def _whole_counts(self) -> NDArray[np.int64] | None:
         """Number of voxels of each whole number from the smallest on; None for too many numbers."""
         if self._voxels.dtype.kind not in "iu":
             return None
-        lowest, highest = int(self._ends[0]), int(self._ends[1])
+        lowest, highest = map(int, self.ends)
         if highest - lowest >= _COUNTABLE:
             return None
-        counts = np.zeros(highest - lowest + 1, dtype=np.int64)
-        for plane in self.planes():
+        counts, adding = np.zeros(highest - lowest + 1, dtype=np.int64), Lock()
+
+        def count(plane: NDArray[Any]) -> None:
             # The difference might overflow in the voxels' own type.
-            places = plane.ravel().astype(np.int64) - lowest if lowest else plane.ravel()
-            counts += np.bincount(places, minlength=len(counts))
+            places = plane.astype(np.int64) - lowest if lowest else plane
+            found = np.bincount(places, minlength=len(counts))
+            with adding:
+                np.add(counts, found, out=counts)
+
+        self.of_planes(count)
         return counts
+
+
+def _counter(edges: NDArray[np.float64]) -> Callable[[NDArray[Any]], NDArray[np.int64]]:
+    """Return a function that counts values as `np.histogram` does, which sorts all of them."""
+    lowest, factor = edges[0], (_CELLS - 1) / (edges[-1] - edges[0])
+
+    def cells_of(values: NDArray[Any]) -> NDArray[np.intp]:
+        with np.errstate(over="ignore"):
+            cells = np.subtract(values, lowest, dtype=np.float64) * factor
+        return np.clip(cells, 0, _CELLS - 1, out=cells).astype(np.intp)
+
+    # As rounding keeps the order, what is in a cell without an edge is in one bin. What is beyond
+    # all edges is in the first or last cell.
+    ends = cells_of(edges)
+    bins, is_clear = np.searchsorted(ends, np.arange(_CELLS)) - 1, np.ones(_CELLS, bool)
+    is_clear[ends] = is_clear[[0, -1]] = False
+
+    def count(values: NDArray[Any]) -> NDArray[np.int64]:
+        cells = cells_of(values)
+        numbers = np.bincount(cells, minlength=_CELLS)[is_clear]
+        clear = np.bincount(bins[is_clear], numbers, len(edges) - 1).astype(np.int64)
+        rest: NDArray[np.int64] = np.histogram(values[~is_clear[cells]], edges)[0]
+        return clear + rest
+
+    return count

@@ -102,13 +102,13 @@ def _quantiles(
 
 def _outermost(distribution: Distribution, lo: float, hi: float) -> Range:
     """Smallest and largest voxel from `lo` to `hi`."""
-    lowest, highest = np.inf, -np.inf
-    for counted in distribution.planes():
-        plane: NDArray[Any] = counted
+
+    def ends_of(plane: NDArray[Any]) -> Range:
         inside = plane[(plane >= lo) & (plane <= hi)]
-        if inside.size:
-            lowest, highest = min(lowest, float(inside.min())), max(highest, float(inside.max()))
-    return lowest, highest
+        return (float(inside.min()), float(inside.max())) if inside.size else (np.inf, -np.inf)
+
+    lows, highs = zip(*distribution.of_planes(ends_of), strict=True)
+    return min(lows), max(highs)
 
 
 LEAST_OVERLAP = 4 / TF_SAMPLES  # least share of a TF's range in the volume to be of use

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from model.scene.distribution import Distribution
+from model.threads import in_threads
 
 ValueScale = Literal["linear", "log"]  # values, or their decimal logarithms
 
@@ -56,21 +57,23 @@ def place_of(value: float, scale: ValueScale) -> float:
 
 
 def logarithms(
-    voxels: NDArray[np.generic], missing: NDArray[np.bool_] | None
+    voxels: NDArray[np.generic], distribution: Distribution
 ) -> NDArray[np.floating] | None:
     """Decimal logarithms of voxels, of the least positive for those below; None without any."""
-    lowest = math.inf
-    for measured in Distribution(voxels, missing).planes():
-        plane: NDArray[Any] = measured
-        positive = plane[plane > 0]
-        if positive.size:
-            lowest = min(lowest, float(positive.min()))
-    if math.isinf(lowest):
+    lowest, highest = distribution.range
+    if highest <= 0:
         return None
+    if lowest <= 0:
+        most = distribution.ends[1]
+        lowest = min(distribution.of_planes(lambda plane: plane[plane > 0].min(initial=most)))
     wide = voxels.dtype.itemsize > 4
     found = np.empty(voxels.shape, np.float64 if wide else np.float32)
-    for filled, given in zip(found, cast(NDArray[Any], voxels), strict=True):
-        np.log10(np.maximum(given, lowest, dtype=np.float64), out=filled, casting="same_kind")
+
+    def fill(z: int) -> None:
+        positive = np.maximum(cast(NDArray[Any], voxels[z]), lowest, dtype=np.float64)
+        np.log10(positive, out=found[z], casting="same_kind")
+
+    in_threads(fill, range(len(voxels)))
     return found
 
 

@@ -186,8 +186,8 @@ class Volume:
         stored = self.linear
         if scale == "linear":
             return stored.drawing_missing(self.draws_missing)
-        voxels = logarithms(stored.voxels, stored.missing)
-        if voxels is None or stored.data_range[1] <= 0:
+        voxels = logarithms(stored.voxels, stored.distribution)
+        if voxels is None:
             raise VolumeError(
                 f"{self.name}: no value is above zero, so there is no logarithm to show; "
                 "keep the linear scale."

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.errors import VolumeError
+from model.scene.distribution import Distribution
 from model.scene.orientation import line_distance
 from model.scene.view import axis_labelled
 from model.scene.volume import Content, Volume, is_resolved
@@ -22,7 +23,6 @@ from model.volume_files.label_names import told_apart
 Component = int | Literal["magnitude"]
 
 MOST_IN_MAGNITUDE = 4  # components up to which a voxel's are taken for a vector or a colour
-SAMPLES = 1 << 18  # voxels that are searched for a fill value; all of a small volume
 LEAST_SHARE, FEWEST = 0.001, 8  # of the voxels, from which a value counts as repeated
 
 FAR, TAIL = 4.0, 0.001
@@ -219,26 +219,26 @@ def _without_missing(
             f"{path}: every voxel is NaN or infinite, or marked as missing by the file, so there "
             "is nothing to show; choose another file or component."
         )
-    if missing is not None:
-        scalars = _filled(scalars, missing)
-    for value in suspected_fills(scalars, missing):
+    distribution = Distribution(scalars, missing)
+    for value in suspected_fills(distribution):
         notes += (
             f"{value:g} lies far from all other values, and many voxels have it: perhaps nothing "
             "was measured there. The file does not say so; the range of values can leave it out.",
         )
+    if missing is not None:
+        scalars = scalars if scalars.flags.writeable else scalars.copy()
+        np.copyto(scalars, distribution.ends[0], where=missing)
     return scalars, missing, notes
 
 
-def suspected_fills(scalars: NDArray[np.generic], missing: NDArray[np.bool_] | None) -> list[float]:
+def suspected_fills(distribution: Distribution) -> list[float]:
     """Return the lowest and the highest value if repeated and far from the others.
 
     An example is -9999 with others in 0 to 240. Few voxels may lie between: a saturated detector
     leaves many there.
     """
-    if scalars.dtype.itemsize < 2:
-        return []
-    values, counts = np.unique(_sample(scalars, missing), return_counts=True)
-    if len(values) <= FEWEST_OTHERS:
+    values, counts = np.unique(distribution.sample, return_counts=True)
+    if values.dtype.itemsize < 2 or len(values) <= FEWEST_OTHERS:
         return []
     numbers, found = values.astype(np.float64), []
     for end, others in ((0, slice(1, None)), (-1, slice(None, -1))):
@@ -253,26 +253,5 @@ def suspected_fills(scalars: NDArray[np.generic], missing: NDArray[np.bool_] | N
     return found
 
 
-def _sample(scalars: NDArray[np.generic], missing: NDArray[np.bool_] | None) -> NDArray[np.generic]:
-    """Return a fixed sample of the voxels, or all of a small volume."""
-    if scalars.size <= SAMPLES:
-        return scalars.ravel() if missing is None else scalars[~missing]
-    places = np.unravel_index(
-        np.random.default_rng(0).integers(0, scalars.size, SAMPLES), scalars.shape
-    )
-    found = scalars[places]
-    return found if missing is None else found[~missing[places]]
-
-
 def _share(count: int, size: int) -> str:
     return f" ({100 * count / size:.2g} %)" if count < size else ""
-
-
-def _filled(scalars: NDArray[np.generic], missing: NDArray[np.bool_]) -> NDArray[np.generic]:
-    """Give missing voxels the others' smallest value, in place if allowed."""
-    planes = zip(scalars, missing, strict=True)
-    lowest = min(plane[~absent].min() for plane, absent in planes if not absent.all())
-    if not scalars.flags.writeable:
-        scalars = scalars.copy()
-    np.copyto(scalars, lowest, where=missing)
-    return scalars

@@ -105,7 +105,7 @@ def read_labels(path: Path, volume: Volume, is_kept: bool = False) -> LabelMap:
 
 def _values(voxels: NDArray[np.generic]) -> NDArray[np.generic]:
     """Return the voxels' distinct values in increasing order."""
-    counted = Distribution(voxels.reshape(1, -1))
+    counted = Distribution(voxels)
     is_counted = voxels.dtype.kind in "iu" and np.ptp(counted.range) < MOST_COUNTED
     return counted.frequencies[0] if is_counted and voxels.size else np.unique(voxels)
 

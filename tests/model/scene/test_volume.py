@@ -16,13 +16,13 @@ def ramp(dtype="float32", shape=(4, 5, 6)):
 
 @pytest.mark.parametrize("dtype", ["float32", "float64"])
 @pytest.mark.parametrize("bins", [1, 7, 256])
-def test_histogram_of_fractions_is_numpys(dtype, bins):
-    scalars = np.random.default_rng(3).normal(20, 30, (7, 9, 8)).astype(dtype)
+@pytest.mark.parametrize("shape", [(7, 9, 8), (103, 101, 102)])
+def test_histogram_of_fractions_is_numpys(dtype, bins, shape):
+    scalars = np.random.default_rng(3).normal(20, 30, shape).astype(dtype)
     counts, edges = Volume(scalars).histogram(bins)
     expected, expected_edges = np.histogram(scalars.astype(np.float64), bins=bins)
     np.testing.assert_allclose(edges, expected_edges)
     np.testing.assert_array_equal(counts, expected)
-    assert counts.sum() == scalars.size
 
 
 def test_integers_have_no_comb():

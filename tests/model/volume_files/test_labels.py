@@ -10,6 +10,7 @@ import zarr
 from volume_writers import voxels as random_voxels
 from volume_writers import write_itk, write_legacy, write_vti
 
+from model.scene.distribution import Distribution
 from model.scene.labels import label_range, looks_like_labels
 from model.scene.ranges import robust_range
 from model.scene.volume import Label, Volume
@@ -174,7 +175,7 @@ def test_values_far_away(dtype, fills):
     array = body(dtype)
     for number, fill in enumerate(fills):
         array[number:12:4] = fill
-    assert suspected_fills(array, None)[-1:] == pytest.approx(fills[-1:], rel=1e-6)
+    assert suspected_fills(Distribution(array))[-1:] == pytest.approx(fills[-1:], rel=1e-6)
 
 
 @pytest.mark.parametrize(
@@ -197,4 +198,4 @@ def test_values_far_away(dtype, fills):
     ],
 )
 def test_values_that_are_not_far_away(make):
-    assert suspected_fills(make(), None) == []
+    assert suspected_fills(Distribution(make())) == []
