@@ -14,7 +14,7 @@ reads a lost chunk as zeros.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import suppress
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -241,7 +241,7 @@ class SampleStore:
 
     def shuffled(
         self, split: Split, seed: list[int], batch_size: int, skip: int = 0
-    ) -> Iterator[SampleBatch]:
+    ) -> Generator[SampleBatch]:
         """Yield a split in random order, endlessly, without holding it in memory.
 
         Blocks are read in random order; batches are drawn at random from a pool of them. Samples

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Generator
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import ExitStack, closing
 from dataclasses import asdict, replace
@@ -53,7 +53,7 @@ class StoredSource:
 
     def batches(
         self, stage: int, batch_size: int, seed: int, done: int, image_size: int | None = None
-    ) -> Iterator[SampleBatch]:
+    ) -> Generator[SampleBatch]:
         """Yield batches of random samples endlessly, each sample once per pass.
 
         Equal arguments give equal batches. Each stage, from 0, has its own; the first `done` are
@@ -81,9 +81,6 @@ class StoredSource:
     def summary(self) -> dict[str, Any]:
         """Return the number of training samples and their seed, for the model's card."""
         return {"samples_stored": self.store.count("train"), "dataset_seed": self.seed}
-
-    def close(self) -> None:
-        """Do nothing: reading needs no threads."""
 
 
 def reduced(samples: SampleBatch, image_size: int) -> SampleBatch:
@@ -133,7 +130,6 @@ class StreamSource:
         rings = PROCESS_RINGS if processes else 1
         self._capacity = rings * min(RING_SAMPLES, RING_BYTES // (4 * scene.image_size**2))
         check_volume(volume, scene)
-        self._ring: _Ring | None = None
 
     def first(self, split: Split, count: int) -> SampleBatch:
         """Render the first samples of a split; scene and seed determine them."""
@@ -145,15 +141,17 @@ class StreamSource:
 
     def batches(
         self, stage: int, batch_size: int, seed: int, done: int, image_size: int | None = None
-    ) -> Iterator[SampleBatch]:
-        """Yield batches of random samples among the newest; see :class:`StoredSource`."""
-        self.close()
+    ) -> Generator[SampleBatch]:
+        """Yield batches of random samples among the newest; see :class:`StoredSource`.
+
+        Closing the generator ends the rendering.
+        """
         fresh = batch_size / self.reuse
         first = max(FIRST_SAMPLES, batch_size)
         newest = first + int(done * fresh)
         oldest = max(0, newest - self._capacity) // BLOCK * BLOCK
         ahead = max(AHEAD_BLOCKS, 2 * self._threads)
-        ring = self._ring = _Ring(self._capacity, stage * STAGE_SAMPLES, oldest, ahead)
+        ring = _Ring(self._capacity, stage * STAGE_SAMPLES, oldest, ahead)
         scene = replace(self.scene, image_size=image_size or self.scene.image_size)
         pool = rendering_pool(self._threads, self._volume, scene) if self._processes else None
         for _ in range(self._threads):
@@ -189,12 +187,6 @@ class StreamSource:
             "reuse": self.reuse,
             "rendering_seconds": round(self.rendering_seconds, 1),
         }
-
-    def close(self) -> None:
-        """End the rendering threads."""
-        if self._ring is not None:
-            self._ring.close()
-            self._ring = None
 
     def _render(self, ring: _Ring, scene: Scene, pool: ProcessPoolExecutor | None) -> None:
         """Render block after block into the ring, until it is closed."""

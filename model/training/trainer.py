@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import platform
 import time
-from collections.abc import Callable, Iterator
-from contextlib import nullcontext
+from collections.abc import Callable, Generator, Iterable
+from contextlib import closing, nullcontext
 from dataclasses import asdict, replace
 from importlib.metadata import version
 
@@ -54,11 +54,8 @@ def train(
     the run is saved and ends; a second Ctrl-C ends it unsaved. Raises :class:`CollapseError` if a
     loss is no longer finite, or if codes or images collapse.
     """
-    try:
-        with nullcontext() if parallel.rank() else state.training_in(plan.folder):
-            _Run(plan, resume, on_report).train()
-    finally:
-        plan.source.close()
+    with nullcontext() if parallel.rank() else state.training_in(plan.folder):
+        _Run(plan, resume, on_report).train()
 
 
 class _Run:
@@ -98,7 +95,9 @@ class _Run:
                     self.progress.enter(name)
                     self.schedule.enter(name)
                     self._checkpoint()
-                self._train_stage(self.schedule.stages[name])
+                stage = self.schedule.stages[name]
+                with closing(self._batches(stage)) as batches:
+                    self._train_stage(stage, batches)
             self.progress.stage = "done"
             self._checkpoint()
 
@@ -116,10 +115,10 @@ class _Run:
             raise TrainingError(f"{plan.folder}: the run is finished; {LONGER}")
         return progress
 
-    def _train_stage(self, stage: Stage) -> None:
+    def _train_stage(self, stage: Stage, batches: Iterable[EncodedBatch]) -> None:
         share, _, _ = self._decide()
         recent: list[Losses] = []
-        for batch in self._batches(stage):
+        for batch in batches:
             if share >= 1 and stage.steps:
                 break
             parts = stage.parts
@@ -178,14 +177,14 @@ class _Run:
                 f"{free / 1e6:.0f} MB are free; make room, or choose another place."
             )
 
-    def _batches(self, stage: Stage) -> Iterator[EncodedBatch]:
+    def _batches(self, stage: Stage) -> Generator[EncodedBatch]:
         """Endless training samples from the run's current batch."""
         plan = self.plan
         own = parallel.own_stage(self.schedule.names.index(self.progress.stage))
-        for samples in plan.source.batches(
-            own, stage.stage.batch_size, plan.options.seed, self.progress.batch, stage.image_size
-        ):
-            yield encode_batch(samples, plan.source.scene, plan.size.opacity_size, plan.device)
+        what = stage.stage.batch_size, plan.options.seed, self.progress.batch, stage.image_size
+        with closing(plan.source.batches(own, *what)) as batches:
+            for samples in batches:
+                yield encode_batch(samples, plan.source.scene, plan.size.opacity_size, plan.device)
 
     def _stop_if(self, stage: Stage, trouble: monitor.Trouble | None) -> None:
         if trouble is not None:

@@ -1,6 +1,6 @@
 import multiprocessing
 import threading
-from contextlib import contextmanager
+from contextlib import closing
 from dataclasses import replace
 from functools import cache
 from itertools import islice
@@ -28,14 +28,9 @@ def raycast(scene):
     return replace(scene, renderer="raycast", image_size=16)
 
 
-@contextmanager
 def stream(volume, scene, ring=RING_SAMPLES, seed=5, **options):
     with mock.patch("model.training.sources.RING_SAMPLES", ring):
-        source = StreamSource(volume, scene, seed=seed, **options)
-    try:
-        yield source
-    finally:
-        source.close()
+        return StreamSource(volume, scene, seed=seed, **options)
 
 
 def assert_same(one, other):
@@ -57,8 +52,7 @@ def numbers(batch, scene, first=0, count=4096):
 
 @pytest.mark.parametrize("stage", [0, 1])
 def test_a_streams_samples_are_those_of_the_scene(volume, raycast, stage):
-    with stream(volume, raycast, threads=2) as source:
-        batch = next(source.batches(stage, 16, 3, 0))
+    batch = next(stream(volume, raycast, threads=2).batches(stage, 16, 3, 0))
     renderer = make_renderer(volume, raycast)
     for i, number in enumerate(numbers(batch, raycast, stage * STAGE_SAMPLES, FIRST_SAMPLES)):
         expected = render_samples(renderer, raycast, 5, "train", range(number, number + 1))
@@ -68,44 +62,41 @@ def test_a_streams_samples_are_those_of_the_scene(volume, raycast, stage):
 
 
 def test_batches_do_not_depend_on_threads(volume, raycast):
-    with stream(volume, raycast, threads=1) as one, stream(volume, raycast, threads=3) as other:
-        for a, b in zip(
-            islice(one.batches(0, 16, 3, 0), 12), other.batches(0, 16, 3, 0), strict=False
-        ):
-            assert_same(a, b)
+    one, other = (
+        islice(stream(volume, raycast, threads=threads).batches(0, 16, 3, 0), 12)
+        for threads in (1, 3)
+    )
+    for a, b in zip(one, other, strict=True):
+        assert_same(a, b)
 
 
 @pytest.mark.slow
 def test_batches_do_not_depend_on_processes(volume, raycast):
-    with (
-        stream(volume, raycast, threads=1) as one,
-        stream(
-            volume, raycast, threads=2, ring=RING_SAMPLES // PROCESS_RINGS, processes=True
-        ) as other,
+    one = stream(volume, raycast, threads=1)
+    ring = RING_SAMPLES // PROCESS_RINGS
+    other = stream(volume, raycast, ring, threads=2, processes=True)
+    for a, b in zip(
+        *(islice(source.batches(1, 16, 3, 0, 16), 4) for source in (one, other)), strict=True
     ):
-        for a, b in zip(
-            islice(one.batches(1, 16, 3, 0, 16), 4), other.batches(1, 16, 3, 0, 16), strict=False
-        ):
-            assert_same(a, b)
-        assert other.rendering_seconds > 0
+        assert_same(a, b)
+    assert other.rendering_seconds > 0
 
 
 @pytest.mark.slow
 def test_a_rendering_process_that_is_gone_is_reported(volume, raycast):
-    with stream(volume, raycast, threads=1, reuse=1.0, processes=True) as source:
-        batches = source.batches(0, 16, 3, 0)
-        next(batches)
-        for process in multiprocessing.active_children():
-            process.kill()
-        with pytest.raises(RenderError, match="ended unexpectedly"):
-            list(islice(batches, 100))
+    source = stream(volume, raycast, threads=1, reuse=1.0, processes=True)
+    batches = source.batches(0, 16, 3, 0)
+    next(batches)
+    for process in multiprocessing.active_children():
+        process.kill()
+    with pytest.raises(RenderError, match="ended unexpectedly"):
+        list(islice(batches, 100))
 
 
 def test_a_stream_goes_on_where_it_stopped(volume, raycast):
-    options = {"threads": 1, "reuse": 1.0, "ring": 600}
-    with stream(volume, raycast, **options) as source:
-        whole = list(islice(source.batches(0, 16, 3, 0), 14))
-        rest = list(islice(source.batches(0, 16, 3, 9), 5))
+    source = stream(volume, raycast, ring=600, threads=1, reuse=1.0)
+    whole = list(islice(source.batches(0, 16, 3, 0), 14))
+    rest = list(islice(source.batches(0, 16, 3, 9), 5))
     for a, b in zip(whole[9:], rest, strict=True):
         assert_same(a, b)
 
@@ -114,15 +105,16 @@ def test_a_failing_renderer_ends_the_training(volume, raycast, monkeypatch):
     def fail(*_):
         raise RenderError("out of paint")
 
-    with stream(volume, raycast, threads=2) as source:
-        monkeypatch.setattr("model.training.sources.render_samples", fail)
-        with pytest.raises(RenderError, match="out of paint"):
-            next(source.batches(0, 16, 3, 0))
+    source = stream(volume, raycast, threads=2)
+    monkeypatch.setattr("model.training.sources.render_samples", fail)
+    with pytest.raises(RenderError, match="out of paint"):
+        next(source.batches(0, 16, 3, 0))
 
 
 def test_closing_ends_the_threads(volume, raycast):
-    with stream(volume, raycast, threads=2) as source:
-        next(source.batches(0, 16, 3, 0))
+    source = stream(volume, raycast, threads=2)
+    with closing(source.batches(0, 16, 3, 0)) as batches:
+        next(batches)
         threads = [t for t in threading.enumerate() if t.name == "samples"]
         assert len(threads) == 2
     for thread in threads:
@@ -134,8 +126,8 @@ def test_closing_ends_the_threads(volume, raycast):
 def test_the_holdout_is_that_of_a_store_of_the_seed(volume, raycast, store):
     views = []
     for seed in (store.seed, 5):
-        with stream(volume, raycast, seed=seed) as source:
-            ours, again = (source.first("holdout", BLOCK) for _ in range(2))
+        source = stream(volume, raycast, seed=seed)
+        ours, again = (source.first("holdout", BLOCK) for _ in range(2))
         np.testing.assert_array_equal(ours.rgba, again.rgba)
         views.append(ours.inputs["view"])
     theirs = StoredSource(store).first("holdout", BLOCK).inputs["view"]
