@@ -397,7 +397,8 @@ class SlicesColumn(QWidget):
         super().resizeEvent(event)
         is_wide, directions = 3 * self.width() > 2 * self.height(), QBoxLayout.Direction
         self._rows.setDirection(directions.LeftToRight if is_wide else directions.TopToBottom)
-        self._rows.setStretch(1, 1 if is_wide else 2)
+        # The layout of hidden slices would take its share, too.
+        self._rows.setStretch(1, 0 if self.is_large else 1 if is_wide else 2)
 
     def _enlarge(self, view: SliceView) -> None:
         was_large = self.is_large

@@ -119,17 +119,20 @@ def test_a_drag_moves_the_cross_hair_of_all_slices_which_is_remembered(qtbot, bu
     assert window.slices.is_shown and voxel(window) == wanted
 
 
-def test_a_double_click_makes_one_large_and_leaves_the_cross_hair(window):
-    level, front, side = views(window)
-    before, small = voxel(window), window.slices.column.width()
+@pytest.mark.parametrize(("number", "to"), [(0, (0, 2, 3)), (1, (0, 2, 5))])
+def test_a_double_click_makes_one_large_and_leaves_the_cross_hair(window, number, to):
+    view, column = views(window)[number], window.slices.column
+    before, small = voxel(window), column.width()
     for is_large in (True, False):
-        point = at(window, front, 0, 2, 5)
-        QTest.mouseClick(front.viewport(), Qt.MouseButton.LeftButton, pos=point)
+        point = at(window, view, *to)
+        QTest.mouseClick(view.viewport(), Qt.MouseButton.LeftButton, pos=point)
         assert voxel(window) != before
-        QTest.mouseDClick(front.viewport(), Qt.MouseButton.LeftButton, pos=point)
+        QTest.mouseDClick(view.viewport(), Qt.MouseButton.LeftButton, pos=point)
         assert voxel(window) == before
-        assert front.isVisible() and level.isVisible() == side.isVisible() == (not is_large)
-        assert (window.slices.column.width() > small) == is_large
+        assert {each.isVisible() for each in views(window) if each is not view} == {not is_large}
+        assert (column.width() > small) == is_large
+        QTest.qWait(0)
+        assert (view.width() == column.width() and view.height() > column.height() / 2) == is_large
 
 
 def test_a_wide_column_has_slices_next_to_each_other(window):
