@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from PySide6.QtGui import QImage
 from PySide6.QtWidgets import QPushButton
 from window_fakes import PATIENCE_S
 
@@ -33,6 +34,13 @@ def settle(qtbot, window):
 def open_volume(qtbot, window, name):
     """Open a volume of the fakes, and wait until its TF is set."""
     act_until(qtbot, window.workspace.volumeStarted, window.workspace.opening.open, Path(name))
+
+
+def saved_figure(qtbot, window, choice, place):
+    """Save a figure, and return it as it is in its file."""
+    window.saving.draw(choice, place)
+    qtbot.waitUntil(place.exists)
+    return QImage(str(place))
 
 
 def notice_buttons(window):

@@ -1,12 +1,13 @@
 """A and B side by side: from keys and mouse to images, difference, files and figures."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, Qt
-from PySide6.QtGui import QImage
 from PySide6.QtTest import QTest
 from ramp import make_tf, make_volume
-from rested_window import act_until, open_volume, rested, settle
+from rested_window import act_until, open_volume, rested, saved_figure, settle
 
 from app.engines.requests import IMAGES_B
 from app.window.figure import FigureChoice, pixels_of
@@ -119,7 +120,7 @@ def test_b_has_a_light_of_its_own(qtbot, window, builders, tmp_path, monkeypatch
     assert b is not a and builders.settings[-1].lighting == "path" and not a.closed
     assert b.requests[-1].inputs == window.state.inputs_of("B")
     assert shown() == ("A, direct light", "B, path-traced light", "B: Path traced")
-    drawn, place = [], tmp_path / "both.png"
+    drawn = []
     for engine in (a, b):
 
         def picture(request, watch, engine=engine, draw=engine.picture):
@@ -127,8 +128,7 @@ def test_b_has_a_light_of_its_own(qtbot, window, builders, tmp_path, monkeypatch
             return draw(request)
 
         monkeypatch.setattr(engine, "picture", picture)
-    window.saving.draw(FigureChoice(920, 300, which="a_b"), place)
-    qtbot.waitUntil(place.exists)
+    saved_figure(qtbot, window, FigureChoice(920, 300, which="a_b"), tmp_path / "both.png")
     assert drawn == [a, b]
     # The other pane's, which leaves B as it is.
     window.state.tf_input.focus("A")
@@ -312,9 +312,8 @@ def test_the_difference_may_be_flip(qtbot, window, tmp_path):
     shown = window.image_error._difference
     window.state.tf_input.focus("A")
     assert window.image_error._difference is shown is not None
-    place = tmp_path / "both.png"
-    window.saving.draw(FigureChoice(300, 100, which="a_b_difference"), place)
-    qtbot.waitUntil(place.exists)
+    choice = FigureChoice(300, 100, which="a_b_difference")
+    saved_figure(qtbot, window, choice, tmp_path / "both.png")
     assert window.sessions.session().content.settings.difference == "flip"
 
 
@@ -328,9 +327,8 @@ def test_without_flip_the_difference_is_of_colors(qtbot, window, tmp_path, monke
     # As a session may have it.
     window.notice.clear()
     window.preferences.set(difference="flip")
-    place = tmp_path / "both.png"
-    window.saving.draw(FigureChoice(300, 100, which="a_b_difference"), place)
-    qtbot.waitUntil(place.exists)
+    choice = FigureChoice(300, 100, which="a_b_difference")
+    saved_figure(qtbot, window, choice, tmp_path / "both.png")
     assert "flip-evaluator" in window.notice.text and window.image_error.choice == "colors"
 
 
@@ -413,15 +411,12 @@ def test_figures_have_both_with_one_legend(qtbot, window, builders, tmp_path, mo
         return np.full((*shape, 4), (level, level, level, 255), np.uint8)
 
     monkeypatch.setattr(engine, "picture", picture)
-    place = tmp_path / "both.png"
-    window.saving.draw(FigureChoice(920, 300, legend=True, which="a_b_difference"), place)
-    qtbot.waitUntil(place.exists)
+    choice = FigureChoice(920, 300, legend=True, which="a_b_difference")
+    saved = saved_figure(qtbot, window, choice, tmp_path / "both.png")
     assert {r.inputs for r in asked} == {window.state.inputs_of(name) for name in "AB"}
-    saved, plain = QImage(str(place)), tmp_path / "plain.png"
-    window.saving.draw(FigureChoice(920, 300, which="a_b_difference"), plain)
-    qtbot.waitUntil(plain.exists)
+    plain = saved_figure(qtbot, window, replace(choice, legend=False), tmp_path / "plain.png")
     # Letters are not always drawn alike to the last bit.
-    changed = abs(_pixels(saved) - _pixels(QImage(str(plain)))) > 32
+    changed = abs(_pixels(saved) - _pixels(plain)) > 32
     columns = np.flatnonzero(changed.any(axis=(0, 2)))
     # The legend of both lies in B's panel.
     assert 920 / 3 < columns.min() < 460 and 550 < columns.max() < 2 * 920 / 3

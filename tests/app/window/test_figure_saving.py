@@ -8,6 +8,7 @@ from PySide6.QtGui import QGuiApplication, QImage
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QDialog, QMessageBox, QPushButton
 from ramp import make_tf
+from rested_window import saved_figure
 from window_fakes import PATIENCE_S, FakeEngine
 
 from app.engines.requests import SupersededError
@@ -21,10 +22,8 @@ from model.scene.view import View
 
 def test_figures_are_saved_and_copied(qtbot, window, builders, tmp_path, monkeypatch):
     for background in (None, (0, 0, 0)):
-        place = tmp_path / f"{background}.png"
-        window.saving.draw(FigureChoice(90, 40, background), place)
-        qtbot.waitUntil(place.exists)
-        saved = QImage(str(place))
+        choice, place = FigureChoice(90, 40, background), tmp_path / f"{background}.png"
+        saved = saved_figure(qtbot, window, choice, place)
         assert (saved.width(), saved.height()) == (90, 40)
         assert saved.pixelColor(5, 5).getRgb() == (255, 255, 255, 255)
         assert saved.hasAlphaChannel() == (background is None)
@@ -35,9 +34,7 @@ def test_figures_are_saved_and_copied(qtbot, window, builders, tmp_path, monkeyp
     ):
         builders.references[-1].image_error = estimated
         place = tmp_path / f"{estimated}.png"
-        window.saving.draw(FigureChoice(90, 40), place)
-        qtbot.waitUntil(place.exists)
-        text = QImage(str(place)).text("Error")
+        text = saved_figure(qtbot, window, FigureChoice(90, 40), place).text("Error")
         assert text.startswith(said) and bool(text) == bool(said)
     choice = FigureChoice(300, 200, (0, 0, 0), legend=True)
     window.saving.draw(choice, None)
@@ -81,12 +78,11 @@ def test_a_path_traced_picture_has_as_many_samples_as_were_asked_for(
     window.workspace.reference.choose(lighting="path")
     qtbot.waitUntil(lambda: window.workspace.is_settled)
     assert window.saving.first_choice().samples == 64
-    place = tmp_path / "picture.png"
-    window.saving.draw(FigureChoice(90, 40, samples=256), place)
-    qtbot.waitUntil(place.exists)
+    choice = FigureChoice(90, 40, samples=256)
+    saved = saved_figure(qtbot, window, choice, tmp_path / "picture.png")
     assert asked == [256]
     qtbot.waitUntil(lambda: "Saved" in window.status.news)
-    assert QImage(str(place)).text("Light") == "path-traced light, 256 samples of each pixel"
+    assert saved.text("Light") == "path-traced light, 256 samples of each pixel"
     # The dialog remembers it, in the next run, too.
     assert window.saving.first_choice().samples == 256
     assert window.preferences.settings.figure.samples == 256
@@ -141,10 +137,8 @@ def test_figures_of_both_images_begin_as_the_screen_and_wait_for_both(
     ]
     window.panes.shown = "both"
     for which in choices[:3]:
-        place = tmp_path / f"{which}.png"
-        window.saving.draw(FigureChoice(404, 200, (0, 0, 0), which=which), place)
-        qtbot.waitUntil(place.exists)
-        saved = QImage(str(place))
+        choice = FigureChoice(404, 200, (0, 0, 0), which=which)
+        saved = saved_figure(qtbot, window, choice, tmp_path / f"{which}.png")
         assert (saved.width(), saved.height()) == (404, 200)
         colors = [saved.pixelColor(x, 100).getRgb()[:3] for x in (20, 202, 380)]
         black, white = (0, 0, 0), (255, 255, 255)
