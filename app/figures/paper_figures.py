@@ -312,7 +312,6 @@ def save_latent_figure(
 
     To the left are pictures (H, W, 3) of the cells of a brush, to the right that of a place, over
     its decoded TF. A radius of 0 marks a place that is approximate.
-
     """
     column = int(grid is not None)
     widths = [LATENT_MAP] * (1 + column) + [PLOT] * (picture is not None)

@@ -96,7 +96,6 @@ class Library:
 
         Compares the weights' SHA-256, some hundred MB in a second. Raises :class:`CheckpointError`,
         so that a working model is given up only for one that works.
-
         """
         try:
             _check_folder(folder)

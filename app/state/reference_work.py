@@ -81,7 +81,7 @@ class ReferenceWork(QObject):
         # Queued, because during an opening the view is still the previous volume's.
         self.resized.connect(self._fit_home, Qt.ConnectionType.QueuedConnection)
         self.trade = TradeWork(state, clients.reference, self)
-        # That of a volume that ships with one.
+        # The light that a shipped volume was given with its TF.
         self.designed_light: LightDirection | None = None
         self.preparation = Preparation(self)
         self.preparation.prepared.connect(self._take_prepared)

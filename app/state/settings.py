@@ -120,7 +120,6 @@ class VolumeMemory:
     A session holds it without path, models and seconds. The layout of a headerless file and the
     choice of a file of several volumes are as :meth:`RawLayout.parse` and :meth:`Choice.parse` read
     them.
-
     """
 
     path: str = ""

@@ -107,7 +107,7 @@ class UpAxisCard(Card):
         self._context, self._state, self._workspace = context, context.state, context.workspace
         self._pictures = SmallPictures("up axis", PICTURE, context, self._show_pictures)
         self.buttons: dict[str, QToolButton] = {}
-        self._views: list[View] = []  # which volume the pictures show; slow to find
+        self._views: list[View] = []  # of the pictures, one for each axis; slow to find
         self._lay_out()
         self._rest = Pause(self, TF_REST_MS, self._ask_for_pictures)
         self._unused = Pause(self, UNUSED_MS, self._go)

@@ -276,13 +276,13 @@ class FigureChoice:
 
 @dataclass(frozen=True)
 class Subject:
-    """Unit of a volume's scalars, empty if unknown, and scale for its scale bar."""
+    """What a figure says of a volume and its images."""
 
-    units: str = ""
-    scale: Scale | None = None
+    units: str = ""  # of the volume's scalars; empty if unknown
+    scale: Scale | None = None  # of the scale bar
     line: tuple[Triple, ...] = ()  # one or two points that are measured, in fractions
     titles: Mapping[str, str] = field(default_factory=lambda: TITLES)  # of images, by name
-    b: SceneInputs | None = None  # of B
+    b: SceneInputs | None = None  # of the image of B
 
 
 def panels(choice: FigureChoice) -> list[QRect]:

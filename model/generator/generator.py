@@ -139,7 +139,6 @@ class Generator:
 
         All but the opacity TF is taken from the inputs. Raises :class:`LatentError` for codes that
         are not finite, or of the wrong length.
-
         """
         codes = self._codes(latent)
         conditions, _, color_tf = self.encoded([inputs])

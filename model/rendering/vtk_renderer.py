@@ -263,7 +263,6 @@ def _texture_scalars(volume: Volume) -> tuple[NDArray[Any], Range]:
     """Return scalars of a type that VTK renders directly, and their range.
 
     Bytes become 16 bits: Mesa interpolates 8-bit textures with 8 bits, up to half a TF bin wrong.
-
     """
     scalars, scalar_range = renderable_scalars(volume, (*NATIVE_TYPES, np.uint8))
     return scalars.astype(np.uint16) if scalars.dtype == np.uint8 else scalars, scalar_range

@@ -17,7 +17,6 @@ class CropBox:
 
     Along x, y and z, as fractions of the volume's extent, 0 <= low < high <= 1. Raises
     :class:`TfscopeError` for others, or a box thinner than :data:`LEAST_LENGTH`.
-
     """
 
     low: Triple = (0.0, 0.0, 0.0)

@@ -135,7 +135,6 @@ def block_edges(size: int, block: int) -> list[int]:
     """Return the edges of blocks along an axis: first pixels and `size`; the last may be smaller.
 
     Raises :class:`RenderError` for a block size outside 1 to `size`.
-
     """
     if not 1 <= block <= size:
         raise RenderError(f"Blocks of {block} pixels do not fit into {size}; give 1 to {size}.")

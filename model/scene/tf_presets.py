@@ -13,14 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.scene.ranges import fit_to_range
-from model.scene.transfer_function import ColorTF, OpacityTF, Range, TransferFunction
+from model.scene.transfer_function import ColorTF, OpacityTF, Point, Range, Stop, TransferFunction
 from model.scene.value_scale import ValueScale
 
 LOW_HU, HIGH_HU = -500.0, 500.0  # a range beyond both is in HU: air is at -1000, bone above 1000
 _SMOOTHING = 5  # bins over which a histogram is averaged before the search for peaks
 _FREQUENT = 0.3  # least height of a peak, relative to the highest one
-_Point = tuple[float, float]
-_Stop = tuple[float, float, float, float]
 
 
 @dataclass(frozen=True)
@@ -38,8 +36,8 @@ class _Recipe:
 
     name: str
     explanation: str
-    points: tuple[_Point, ...]
-    stops: tuple[_Stop, ...]
+    points: tuple[Point, ...]
+    stops: tuple[Stop, ...]
 
 
 _CT = (

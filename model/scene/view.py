@@ -253,7 +253,6 @@ def from_middle(place: tuple[float, float]) -> tuple[float, float]:
     """Convert a position in an image, as fractions of its square to the right and down.
 
     The result is to the right and up from its middle, in halves of the square, as projections are.
-
     """
     x, y = place
     return 2 * x - 1, 1 - 2 * y

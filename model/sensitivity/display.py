@@ -59,7 +59,6 @@ def shown_responses(
     """Convert responses (256,) of a norm over this many pixels to the change of their RMS value.
 
     They are per unit of opacity; the width is the edits' standard deviation in bins.
-
     """
     middle = edit_around(0.5, (0.0, 1.0), width)
     return np.asarray(responses, dtype=np.float64) * per_small_edit(middle) / np.sqrt(3 * pixels)

@@ -53,7 +53,6 @@ def encode_batch(
     """Encode stored samples on the device that trains.
 
     The opacity image is the image's opacity, averaged over blocks to `opacity_size` pixels.
-
     """
     if batch.encoded:
         inputs = EncodedInputs.encoded(batch.encoded)

@@ -220,8 +220,8 @@ def _equal_codes(metrics: dict[str, float]) -> Trouble | None:
     spread, rank = metrics["latent_spread"], metrics["latent_rank"]
     what = (
         "the latent codes of all opacity TFs are the same (largest standard deviation "
-        f"{spread:.2g}, "
-        f"effective rank {rank:.2f}); raise the weight of the decoded TF, or try another seed"
+        f"{spread:.2g}, effective rank {rank:.2f}); raise the weight of the decoded TF, or try "
+        "another seed"
     )
     return Trouble(what, "decoded_tf_weight=4000")
 

@@ -64,7 +64,6 @@ class PathLightTrainer:
     """Trains the network on pairs, drawn equally often from each volume.
 
     `start` has the first weights; `steps` and `seconds` include those of earlier runs.
-
     """
 
     def __init__(

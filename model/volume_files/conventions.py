@@ -130,7 +130,6 @@ def decoded(
     """Decode stored values by their attributes; return them, the missing ones, and notes.
 
     NetCDF files without a declared fill value have the library's own.
-
     """
     dtype = values.dtype
     if dtype.kind not in "iuf":

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.errors import VolumeError
+from model.scene.slices import OPPOSITES
 from model.scene.volume import FileFacts, Triple
 from model.volume_files.checks import number_of
 
@@ -131,7 +132,6 @@ def usable_spacing(spacing: Sequence[float | None] | None) -> tuple[Triple, tupl
     """Convert a header's spacing, or None, to a valid one; also return notes.
 
     Signs are dropped, see :func:`placed`; unusable steps become 1, and all if they are very unlike.
-
     """
     ones = (1.0, 1.0, 1.0)
     if spacing is None or all(s is None for s in spacing):
@@ -188,9 +188,6 @@ def frame_notes(directions: NDArray[np.float64]) -> tuple[str, ...]:
     if not np.allclose(unit, np.eye(3), atol=1e-2):
         return ("The grid is turned in the file's space; it is shown along its own axes.",)
     return ()
-
-
-OPPOSITES = {"R": "L", "L": "R", "A": "P", "P": "A", "S": "I", "I": "S"}
 
 
 def axis_labels(directions: NDArray[np.float64] | None, space: str) -> tuple[str, ...]:

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.errors import VolumeError
+from model.scene.slices import OPPOSITES
 from model.scene.volume import Content, FileFacts, Label
 from model.volume_files.blocks import Block, Encoding, part_of, read_block
 from model.volume_files.checks import (
@@ -25,15 +26,7 @@ from model.volume_files.checks import (
     unsupported,
 )
 from model.volume_files.choice import LARGEST, Choice, chosen
-from model.volume_files.grid import (
-    OPPOSITES,
-    Grid,
-    axis_labels,
-    in_one_unit,
-    is_space,
-    placed,
-    unit_name,
-)
+from model.volume_files.grid import Grid, axis_labels, in_one_unit, is_space, placed, unit_name
 from model.volume_files.label_names import slicer_segments
 
 LONGEST_HEAD = 1 << 20

@@ -22,7 +22,6 @@ class VolumeSource(Choice):
 
     Without a path it is the shipped default. `raw` is for :meth:`RawLayout.parse`, the range for
     :meth:`RangeChoice.parse`; without one it is the robust one.
-
     """
 
     path: Path | None = None
