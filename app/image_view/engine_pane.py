@@ -216,6 +216,9 @@ class EnginePane(QWidget):
 
     def _show_status(self) -> None:
         """Show the image's error and progress in the caption."""
+        self.canvas.progress = self._progress()
+        if self._speed and time.monotonic() < self._said_at + CALM_S:
+            return
         title, text, tip = self._cover
         tone: Tone = "dim"
         lines = tip.splitlines()
@@ -226,15 +229,13 @@ class EnginePane(QWidget):
             note = self._note_tip if self.note else ""
             lines = [self._tip, self.hint, note, self.detail, self._remark or self.client.remark]
         said = title, text, tone, tuple(lines), self.canvas.width()
-        is_soon = self._speed and time.monotonic() < self._said_at + CALM_S
-        if said != self._said and not is_soon:
+        if said != self._said:
             self._said, self._said_at = said, time.monotonic()
             self.caption.set_title(title)
             self.caption.set_detail(text, tone)
             self.canvas.setAccessibleName(self.caption.accessibleName())
             self.caption.setToolTip(wrapped(lines))
             self.place_caption(self.caption.parent())
-        self.canvas.progress = self._progress()
         self.statusShown.emit()
 
     def place_caption(self, over: QObject | None) -> None:

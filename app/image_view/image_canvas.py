@@ -190,10 +190,12 @@ class ImageCanvas(KeyedWidget):
         painter.setRenderHints(
             QPainter.RenderHint.SmoothPixmapTransform | QPainter.RenderHint.Antialiasing
         )
-        paint_background(painter, self.rect(), self.background)
+        rect, square = self.picture_rect, self.image_rect
+        hides = self.image is not None and not (self.message or self.image.hasAlphaChannel())
+        if self.cover is not None or not hides or not rect.contains(self.rect()):
+            paint_background(painter, self.rect(), self.background)
         if self.image is not None:
             painter.setOpacity(0.3 if self.message else 1.0)
-            rect = self.picture_rect
             self._paint_picture(painter, self)
             if self.wiped is not None:
                 self._paint_wiped(painter, *self.wiped)
@@ -205,7 +207,7 @@ class ImageCanvas(KeyedWidget):
             if not self.message:
                 for paint in self.decorations:
                     painter.save()
-                    paint(painter, self.image_rect)
+                    paint(painter, square)
                     painter.restore()
             if self.wiped is not None:
                 self._paint_wipe_line(painter, self.wiped[1])

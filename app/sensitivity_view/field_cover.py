@@ -230,7 +230,8 @@ class FieldCover(QObject):
         now = time.monotonic()
         self._images = {of: kept for of, kept in self._images.items() if now - kept[0] < KEPT_S}
         self._images[inputs] = now, image[..., :3]
-        self.refresh()
+        if self._asked.band is not None:
+            self.refresh()
 
     def check_stop(self, state: EngineState | None = None) -> None:
         """Uncover a pane whose image is gone or belongs to another engine."""

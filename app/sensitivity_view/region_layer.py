@@ -194,7 +194,7 @@ class RegionLayer(QObject):
             self._canvas.setCursor(QCursor(shape))
 
     def _paint(self, painter: QPainter, rect: QRect) -> None:
-        if not self._state.choices.shown:
+        if not (self._state.choices.shown and (self._state.regions or self._lasso)):
             return
         painter.setBrush(Qt.BrushStyle.NoBrush)
         names = []

@@ -27,7 +27,7 @@ from model.scene.value_scale import ValueScale
 from model.scene.volume import FileFacts
 
 STEP_MS = 33  # between two steps of a drag: a mouse sends more than can be drawn
-INTERVAL_S = 0.12  # between two refreshes while something moves: plots take long to paint
+INTERVAL_S = 0.15  # between two refreshes while something moves: plots take long to paint
 
 
 class Calm(QObject):

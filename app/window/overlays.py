@@ -109,16 +109,20 @@ class Overlays(QObject):
 
     def _paint(self, pane: EnginePane, painter: QPainter, _square: QRect) -> None:
         state, subject = self._state, self.subject
+        has_legend = self.has("legend") and pane.canvas is self._right
+        has_bar = self.has("scale_bar") and subject.scale is not None
+        if not (has_legend or has_bar or subject.line):
+            return
         there = pane.canvas.picture_rect & pane.canvas.rect()
         marks = Marks.over(painter, there, self.background)
         if marks is None:
             return
-        if self.has("legend") and pane.canvas is self._right:
+        if has_legend:
             legend = legend_of(self.legend_tf)
             if state.tf_input.compares:
                 legend = legend_of(*filter(None, map(state.tf_input.of, get_args(PaneName))))
             marks.legend(legend, subject.units)
-        if self.has("scale_bar") and subject.scale is not None:
+        if has_bar and subject.scale is not None:
             marks.scale_bar(subject.scale.bar(state.view, state.inputs.part))
         marks.line(subject, state.view)
 

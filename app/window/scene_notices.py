@@ -113,13 +113,13 @@ class SceneNotices(QObject):
 
     def _judge_image(self, pane: EnginePane, result: Result) -> None:
         request, opened = result.request, self._workspace.opened
-        if result.value is None or opened is None:
+        if result.value is None or opened is None or request.quality.live:
             return
         if not nothing_visible(result.value):
             self._notices.clear(_emptiness(pane))
             return
         state = self._state
-        if request.quality.live or request.inputs != state.inputs_of(pane.name):
+        if request.inputs != state.inputs_of(pane.name):
             return
         height, width = np.shape(result.value)[:2]
         volume, ratio = opened.volume, width / height
