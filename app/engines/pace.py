@@ -9,7 +9,8 @@ from model.rendering.raster import TIME_GROWTH, Raster
 SCALES = (1.0, 0.75, 0.5, 0.35, 0.25, 0.18)  # sizes of an image, as fractions of the whole one
 SOON_SECONDS = 0.2  # time for a first, coarse image at rest, if all pixels take longer
 SHARP_SECONDS = 0.6  # time for all pixels up to which a coarser image first would only delay them
-REST_SECONDS = 3.0  # time for the image after a first, coarse one
+REST_SECONDS = 5.0  # time for the image after a first, coarse one
+BETWEEN = 0.5  # greatest width of an image before that of all pixels, which waits for it
 
 LONGEST_SECONDS = 120.0
 """Longest time for an image of all pixels; it has fewer if that is not enough, unless the user
@@ -105,6 +106,8 @@ class Sizes(Pace):
             seconds = limits.pop(0)
             is_known = self.expected(kind, whole.side) is not None
             raster = self.within(kind, whole, seconds) if limits or is_known else whole
+            if limits and raster != whole:
+                raster = min(raster, whole.scaled(BETWEEN), key=lambda each: each.width)
             if finest is not None and raster.width <= FINER * finest.width:
                 raster = finest
             is_last = raster.width >= whole.width or (not limits and raster == finest)

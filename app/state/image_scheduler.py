@@ -17,7 +17,7 @@ from model.scene.inputs import SceneInputs
 from model.scene.value_scale import ValueScale
 
 NO_MODEL_SIZE = 512  # size of the reference image until its pane's is known, in pixels
-HOLD_MS = 600  # longest wait of the analyst for the reference's image at rest
+HOLD_MS = 1500  # longest wait of the analyst for the reference's image at rest
 STILL_MS = 300  # pause in a drag after which its images become better
 
 

@@ -141,22 +141,31 @@ def resized(image: NDArray[np.float32], shape: tuple[int, int]) -> NDArray[np.fl
     return image
 
 
+ROWS = 16  # of an image that fit into a processor's cache together
+
+
 def fill_white_squares(image: NDArray[np.float32]) -> None:
-    """Interpolate the white squares of an image (H, W, channels) with a chessboard's black ones.
+    """Interpolate the white squares of an image (H, W, 4) with a chessboard's black ones.
 
     The corner is black. White pixels are means of the two neighbours whose green differs less.
     """
     around = np.pad(image, ((1, 1), (1, 1), (0, 0)), mode="reflect")
-    for row, column in ((0, 1), (1, 0)):
-        white = image[row::2, column::2]
-        ends = 2 * white.shape[0] - 1, 2 * white.shape[1] - 1
-        rows = [around[first : first + ends[0] : 2] for first in range(row, row + 3)]
-        columns = [slice(first, first + ends[1], 2) for first in range(column, column + 3)]
-        above, below = rows[0][:, columns[1]], rows[2][:, columns[1]]
-        left, right = rows[1][:, columns[0]], rows[1][:, columns[2]]
-        upright = np.abs(above[..., 1] - below[..., 1]) < np.abs(left[..., 1] - right[..., 1])
-        white[...] = np.where(upright[..., None], above + below, left + right)
-        white *= np.float32(0.5)
+    # Pixels that are copied as wholes take a third of the time.
+    pixels, around = (each.view("V16")[..., 0] for each in (image, around))
+    for top in range(0, len(image), ROWS):
+        for row, column in ((0, 1), (1, 0)):
+            white, near = pixels[top : top + ROWS][row::2, column::2], around[top + row :, column:]
+            found = [
+                near[down::2, right::2][: white.shape[0], : white.shape[1]].copy()
+                for down, right in ((0, 1), (2, 1), (1, 0), (1, 2))
+            ]
+            above, below, left, right = (
+                each.view(np.float32).reshape(*each.shape, 4) for each in found
+            )
+            upright = np.abs(above[..., 1] - below[..., 1]) < np.abs(left[..., 1] - right[..., 1])
+            np.copyto(found[2], found[0], where=upright)
+            np.copyto(found[3], found[1], where=upright)
+            white[...] = (0.5 * (left + right)).view("V16")[..., 0]
 
 
 def at_size_of(

@@ -60,7 +60,7 @@ def test_tiles_make_up_the_whole_picture(renderer):
 def test_white_squares_are_interpolated_along_edges(shape):
     rows, columns = np.indices(shape, dtype=np.float32)
     # A slope of two directions, and an upright edge: both are known between black squares.
-    whole = np.stack([2 * rows + columns, np.where(columns < 7, 0, 9)], axis=-1)
+    whole = np.stack([2 * rows + columns, np.where(columns < 7, 0, 9), rows, rows], axis=-1)
     image = np.where(((rows + columns) % 2 == 0)[..., None], whole, 99).astype(np.float32)
     fill_white_squares(image)
     np.testing.assert_array_equal(image[1:-1, 1:-1, 1], whole[1:-1, 1:-1, 1])
