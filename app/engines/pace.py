@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from model.rendering.raster import TIME_GROWTH, Raster
 
 SCALES = (1.0, 0.75, 0.5, 0.35, 0.25, 0.18)  # sizes of an image, as fractions of the whole one
+LEAST_SCALE = 0.12  # where those of the smallest take more than twice their time
 SOON_SECONDS = 0.2  # time for a first, coarse image at rest, if all pixels take longer
 SHARP_SECONDS = 0.6  # time for all pixels up to which a coarser image first would only delay them
 REST_SECONDS = 5.0  # time for the image after a first, coarse one
@@ -57,13 +58,17 @@ class Pace:
         return None if per_pixel is None else per_pixel * self._pixels(size)
 
     def scale(self, kind: object, size: float, seconds: float, first: float) -> float:
-        """Return the largest of :data:`SCALES` at which an image takes at most some seconds."""
+        """Return the largest of :data:`SCALES` at which an image takes at most some seconds.
+
+        Where the smallest takes twice as long, it is :data:`LEAST_SCALE`: the machine is busy.
+        """
         per_pixel = self._per_pixel.get(kind)
         if per_pixel is None:
             return first
-        return next(
-            (s for s in SCALES if per_pixel * self._pixels(s * size) <= seconds), SCALES[-1]
-        )
+        takes = {scale: per_pixel * self._pixels(scale * size) for scale in SCALES}
+        is_hopeless = takes[SCALES[-1]] > 2 * seconds
+        last = LEAST_SCALE if is_hopeless else SCALES[-1]
+        return next((scale for scale in SCALES if takes[scale] <= seconds), last)
 
     def _pixels(self, size: float) -> float:
         """Effective number of pixels."""

@@ -187,12 +187,8 @@ def measured(path, lighting, asked):
         return bool(watched.painted) and work.is_settled
 
     run(PATIENCE_S, lambda: is_drawn() and work.sensitivity.visibility is not None)
-    run(QUIET_S)
     drawn = []
     widget, start, reach = grip(window, asked.drag)
-    QTest.mousePress(widget, Qt.MouseButton.LeftButton, pos=start)
-    watched.begin()
-    begun, cpu = time.perf_counter(), time.thread_time()
 
     def move():
         passed = time.perf_counter() - begun
@@ -201,6 +197,11 @@ def measured(path, lighting, asked):
         watched.look()
 
     with recorded(drawn), burners(asked.burners):
+        # Other processes have started by then.
+        run(QUIET_S)
+        QTest.mousePress(widget, Qt.MouseButton.LeftButton, pos=start)
+        watched.begin()
+        begun, cpu = time.perf_counter(), time.thread_time()
         run(asked.seconds, move)
         watched.look_at_picture()
     cpu, ended = time.thread_time() - cpu, time.perf_counter()
