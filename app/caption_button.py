@@ -1,7 +1,5 @@
 """A text button: a title, a detail about its present state, and a menu."""
 
-from __future__ import annotations
-
 from typing import Literal
 
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt

@@ -1,7 +1,5 @@
 """Widgets and helpers that several parts of the window use."""
 
-from __future__ import annotations
-
 import html
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Terms of the window, each with a sentence that explains it, and the glossary."""
 
-from __future__ import annotations
-
 import re
 from functools import partial
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Icons of controls, drawn as lines in the text's colour, and the buttons that have one."""
 
-from __future__ import annotations
-
 from functools import cache
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Opening of the window, on the screen or off screen for a screenshot."""
 
-from __future__ import annotations
-
 import gc
 import os
 import signal

@@ -1,7 +1,5 @@
 """Number boxes that keep every typed digit, and numbers as short texts."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 

@@ -1,7 +1,5 @@
 """Pictures for files and the clipboard: a rendering over a background."""
 
-from __future__ import annotations
-
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Literal

@@ -5,8 +5,6 @@ what was compiled once that group is written back. Numba compiles on one thread 
 interpreter's lock: in the window's own process it would block everything.
 """
 
-from __future__ import annotations
-
 import os
 import sys
 from collections.abc import Iterable

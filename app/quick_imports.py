@@ -1,7 +1,5 @@
 """Faster imports: PySide reads no sources."""
 
-from __future__ import annotations
-
 import sys
 
 import PySide6.QtCore  # noqa: F401 - it loads the module that is changed here

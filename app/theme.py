@@ -5,8 +5,6 @@ and renew stored pens on `QEvent.PaletteChange`. Widgets over an image are dark 
 use :data:`ON_IMAGE`.
 """
 
-from __future__ import annotations
-
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from string import Template

@@ -5,8 +5,6 @@ command line prints it, with suggested settings as options, and exits with code 
 it and continues. Any other exception that escapes is a defect of tfscope.
 """
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager

@@ -1,7 +1,5 @@
 """Atomic file writes, and the user's cache folder."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import sys

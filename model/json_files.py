@@ -1,7 +1,5 @@
 """JSON from untrusted files: read within bounds, checked against a schema."""
 
-from __future__ import annotations
-
 import json
 import re
 from dataclasses import fields, is_dataclass

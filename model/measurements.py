@@ -1,7 +1,5 @@
 """Results of measurements on this machine, cached in the user's cache folder."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import math

@@ -1,7 +1,5 @@
 """Image metrics of float arrays (H, W, 3) in [0, 1]; predictions are clipped first."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from functools import cache
 from typing import Any

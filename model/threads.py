@@ -1,7 +1,5 @@
 """Work on arrays, divided among threads: NumPy lets them run side by side."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from typing import TypeVar

@@ -1,7 +1,5 @@
 """The command line. Each command's dependencies are imported only when it runs."""
 
-from __future__ import annotations
-
 import os
 import sys
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """``dataset``: rendering of random samples into a store."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """``evaluate``: hold-out errors of a model and of the nearest training images."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any

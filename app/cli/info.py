@@ -1,7 +1,5 @@
 """``info``: description of a volume file or a model folder."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import dataclass
 from typing import Any

@@ -1,7 +1,5 @@
 """``latent``: the map of opacity TFs, and its pictures."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path

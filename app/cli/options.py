@@ -1,7 +1,5 @@
 """Commands as dataclasses: each field is an option, with the field's type and default."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import MISSING, Field, field, fields
 from functools import partial

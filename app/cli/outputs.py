@@ -1,7 +1,5 @@
 """Output files and folders of commands, checked before the work and written after it."""
 
-from __future__ import annotations
-
 import json
 import os
 from pathlib import Path

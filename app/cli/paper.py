@@ -1,7 +1,5 @@
 """``paper`` and ``study``: the options of the paper's figures, tables and studies."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal

@@ -1,7 +1,5 @@
 """Makes the paper's figures, tables and studies."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from contextlib import ExitStack
 from functools import cached_property, partial

@@ -1,7 +1,5 @@
 """``sensitivity``: the derivative of an image by the opacity TF, as numbers or as a figure."""
 
-from __future__ import annotations
-
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,7 +1,5 @@
 """``train``: its options, and the training job that they describe."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Figures as the paper's (Figs. 1, 2 and 8 to 12), of the latent map, and of studies."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 from typing import Any

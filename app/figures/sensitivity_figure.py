@@ -1,7 +1,5 @@
 """Figures of sensitivities to publish: titled, with legends, colour bars and units."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

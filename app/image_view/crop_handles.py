@@ -1,7 +1,5 @@
 """Crop box and clipping plane over an image: their edges, and handles that move them."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from dataclasses import dataclass, replace

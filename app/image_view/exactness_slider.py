@@ -1,7 +1,5 @@
 """Speed against accuracy: the slider from fast to exact, and the line with the image's error."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from functools import cached_property

@@ -1,7 +1,5 @@
 """Changes of the view and the light by the mouse and by keys: orbit, roll, pan and zoom."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import replace

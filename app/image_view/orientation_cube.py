@@ -1,7 +1,5 @@
 """A small cube over an image that shows how the volume is turned."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 

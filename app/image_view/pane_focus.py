@@ -1,7 +1,5 @@
 """The choice of pane A or B for editing, and the wipe line between both in one image."""
 
-from __future__ import annotations
-
 from typing import cast
 
 from PySide6.QtCore import QEvent, QObject, Qt

@@ -1,7 +1,5 @@
 """Controls of how the reference image is drawn: light and brightness, with a ball for the light."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

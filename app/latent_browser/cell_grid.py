@@ -1,7 +1,5 @@
 """The 4 x 4 grid: pictures of the TFs that differ most, or of the brushed rectangle's cells."""
 
-from __future__ import annotations
-
 from PySide6.QtCore import QEvent, QRectF, Qt, Signal
 from PySide6.QtGui import (
     QColor,

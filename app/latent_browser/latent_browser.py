@@ -1,7 +1,5 @@
 """The latent browser: grid and map with their controls, wired to the pictures and the TF."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """The map: points and marks, with brush, hovering, panning and zooming."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

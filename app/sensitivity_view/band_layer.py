@@ -1,7 +1,5 @@
 """The band of values in question: drawn over the plot, and chosen there with the mouse."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import cast
 

@@ -1,7 +1,5 @@
 """Chips of the layers over the TF: each names a layer, and shows or hides it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import partial
 from typing import Literal

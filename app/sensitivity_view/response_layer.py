@@ -1,7 +1,5 @@
 """Layers over the opacity plot: what is visible of each value, and responses with flags."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from typing import Any

@@ -1,7 +1,5 @@
 """The sensitivity view: regions and fields over both images, responses over the TF editor."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any

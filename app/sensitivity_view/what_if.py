@@ -1,7 +1,5 @@
 """Edits that findings suggest: made, or only rendered (*What if*)."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """Slow answers and their progress."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 from PySide6.QtCore import QObject, Signal

@@ -1,7 +1,5 @@
 """Edits of the scene's inputs and the brightness, and their undo history."""
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Callable, Iterator

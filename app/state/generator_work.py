@@ -1,7 +1,5 @@
 """The open model, and whether it belongs to the open volume."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import partial
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Errors of the reference's images, at rest and while something moves, and their descriptions."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

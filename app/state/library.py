@@ -1,7 +1,5 @@
 """The user's and the shipped volumes and models, and which of them belong together."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from operator import itemgetter

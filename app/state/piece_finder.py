@@ -1,7 +1,5 @@
 """Pieces connected to the clicked place, to be shown alone or cut away."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial

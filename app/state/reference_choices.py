@@ -1,7 +1,5 @@
 """The user's choices for the reference, and lights that are too slow."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """The reference image: the engines that draw it and answer questions about it."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import partial
 from typing import Any, get_args

@@ -1,7 +1,5 @@
 """Questions of the user about sensitivities: regions, a band of values, choices."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import Annotated, Any, Literal
 

@@ -1,7 +1,5 @@
 """The view, and the axis about which it turns."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import partial
 

@@ -1,7 +1,5 @@
 """Requests to the window at its start: what to open and show."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 

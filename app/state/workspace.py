@@ -1,7 +1,5 @@
 """The workspace: the open volume and model, and the engines of the two images."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The TF editor: header, plots, card of numbers, height in the window, and memory."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Handles of a TF: their look, selection, moving, adding and removing."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Literal

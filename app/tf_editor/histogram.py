@@ -1,7 +1,5 @@
 """Curves and areas in the plots, and the volume's histogram behind them."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

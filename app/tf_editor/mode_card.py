@@ -1,7 +1,5 @@
 """The card with the numbers of the selected handle, near it in the plot."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial

@@ -1,7 +1,5 @@
 """The two plots of the editor, stacked over a common scalar axis."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Literal, cast

@@ -1,7 +1,5 @@
 """Mouse and keys on the plots: zoom, pan, frame selection, and keys for all handles."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import partial
 from typing import cast

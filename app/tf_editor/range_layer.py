@@ -1,7 +1,5 @@
 """The TF's scalar range in the plots: two draggable lines, and grey beyond them."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import partial
 from typing import Any

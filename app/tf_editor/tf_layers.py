@@ -1,7 +1,5 @@
 """The TF in the plots: opacity curve and colour strip, with draggable handles."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from functools import partial

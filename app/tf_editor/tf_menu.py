@@ -1,7 +1,5 @@
 """The TF editor's menus: presets with pictures, colours, conversions, range and axis."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial

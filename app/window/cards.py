@@ -1,7 +1,5 @@
 """Cards over the images: a first volume, which way is up, the crop box."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace

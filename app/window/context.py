@@ -1,7 +1,5 @@
 """Objects that the window's parts share, and dialogs for files to open and to write."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """The dialog that asks what a figure or movie shows and how it looks, with a preview."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import partial
 

@@ -1,7 +1,5 @@
 """Drawing of figures and movies, which are then saved or copied."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace

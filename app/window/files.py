@@ -1,7 +1,5 @@
 """Opening and saving of volumes, models, TFs and sensitivities."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Collection
 from dataclasses import replace
 from functools import partial

@@ -1,7 +1,5 @@
 """Help: the table of keys and gestures, and pages in windows of their own."""
 
-from __future__ import annotations
-
 from PySide6.QtWidgets import QDialog, QWidget
 
 from app.controls import search_field

@@ -1,7 +1,5 @@
 """The main window: two synchronized images and the transfer-function editor below."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 

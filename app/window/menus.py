@@ -1,7 +1,5 @@
 """The menus, and the actions of the buttons in the top bar."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The row of images: which are shown, on which side, and how wide."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Literal
 

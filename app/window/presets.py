@@ -1,7 +1,5 @@
 """Presets in the window: pictures of the open volume, and the user's own presets."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 from functools import partial

@@ -1,7 +1,5 @@
 """The dialog that asks for a headerless file's layout, with previews."""
 
-from __future__ import annotations
-
 from functools import partial
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """A ruler: two clicks or a drag in an image, and the distance between what shows there."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import cast
 

@@ -1,7 +1,5 @@
 """The dialog with rarely changed settings; a field filters them by words."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, get_args
 

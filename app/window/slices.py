@@ -1,7 +1,5 @@
 """The slices in the window: built when first shown, and linked to images and TF plot."""
 
-from __future__ import annotations
-
 from typing import Any, cast
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Small pictures of the open volume, for presets and the question which way is up."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial

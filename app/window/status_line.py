@@ -1,7 +1,5 @@
 """The line at the lower edge: keys for the area under the mouse, news, the view's numbers."""
 
-from __future__ import annotations
-
 import html
 import re
 

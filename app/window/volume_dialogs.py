@@ -1,7 +1,5 @@
 """Dialogs about the open volume: the file's volumes, visible labels, properties."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Collection, Sequence
 from functools import partial
 from pathlib import Path

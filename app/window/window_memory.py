@@ -1,7 +1,5 @@
 """Layout of the window, kept for the next start."""
 
-from __future__ import annotations
-
 from PySide6.QtCore import QByteArray, QEvent, QObject, QSize
 from PySide6.QtGui import QGuiApplication, QScreen
 from PySide6.QtWidgets import QMainWindow

@@ -1,7 +1,5 @@
 """The parts of the main window, and where they lie."""
 
-from __future__ import annotations
-
 from functools import partial
 
 from PySide6.QtCore import Qt

@@ -4,8 +4,6 @@ The baseline distinguishes generalization from memorization (paper, section
 6.3.1): for each true image, it is the training image with the smallest RMSE.
 """
 
-from __future__ import annotations
-
 import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field

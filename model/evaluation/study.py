@@ -5,8 +5,6 @@ the same hold-out samples. Each variant has its own folder: finished ones are ke
 resumed. A collapsed one is measured in its last good state.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace

@@ -4,8 +4,6 @@ Torch computes the features of views and TFs; a backend decodes them into images
 model for single images, and one for :data:`TOGETHER` images, on first use.
 """
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Callable
 from functools import cache

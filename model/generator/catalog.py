@@ -1,7 +1,5 @@
 """The models shipped with tfscope, listed without torch."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from model.json_files import read_json

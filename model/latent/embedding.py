@@ -4,8 +4,6 @@ Similar codes are close on the plane; far distances mean little. The process is 
 model.latent.embedding CODES PLACES``.
 """
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from collections.abc import Callable

@@ -4,8 +4,6 @@ All network inputs and images lie in [-1, 1]. Generators use ReLU inside residua
 layers, 1-D convolutions and discriminators use LeakyReLU(0.2) (paper, section 4.1).
 """
 
-from __future__ import annotations
-
 from itertools import pairwise
 from typing import TypeVar
 

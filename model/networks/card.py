@@ -1,7 +1,5 @@
 """A model folder's card, and the bytes of its weights, read without torch."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import math

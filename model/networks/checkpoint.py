@@ -4,8 +4,6 @@
 the old model or the new one, never a mixture. Loading only reads data and executes no code.
 """
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Callable
 from dataclasses import asdict

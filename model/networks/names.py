@@ -4,8 +4,6 @@ They are separate, as the modules that they name import torch, which would slow 
 help.
 """
 
-from __future__ import annotations
-
 from typing import Literal
 
 DeviceChoice = Literal["auto", "cpu", "cuda"]  # devices that networks run on; see `choose_device`

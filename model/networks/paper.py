@@ -1,7 +1,5 @@
 """The paper's networks (section 4.2): the opacity GAN, the translation GAN, and both as one."""
 
-from __future__ import annotations
-
 import math
 from itertools import pairwise
 

@@ -5,8 +5,6 @@ and the softly lit picture of the same scene. It goes beyond the paper, whose ne
 one volume's pictures.
 """
 
-from __future__ import annotations
-
 import json
 import math
 from dataclasses import asdict, dataclass, field

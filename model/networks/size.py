@@ -1,7 +1,5 @@
 """Size and variants of the networks."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from model.errors import TfscopeError

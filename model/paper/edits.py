@@ -1,7 +1,5 @@
 """Edits of an opacity TF suggested by sensitivities, and their effects (paper, Figs. 8, 9)."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 from itertools import product

@@ -1,7 +1,5 @@
 """Exploration of the latent space (paper, sections 5.2 and 6.2, Figs. 10 and 11)."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from functools import partial
 

@@ -1,7 +1,5 @@
 """Hold-out samples with true and generated images (paper, Figs. 1 and 12), and Fig. 2."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

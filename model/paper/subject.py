@@ -1,7 +1,5 @@
 """The subject of a figure: a trained model, its volume, and the first view and TF."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 

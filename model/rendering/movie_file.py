@@ -1,7 +1,5 @@
 """Movie files, written frame by frame: MP4 or GIF."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any

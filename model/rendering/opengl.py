@@ -1,7 +1,5 @@
 """Off-screen OpenGL: VTK's window, its OpenGL implementation, and VTK's errors."""
 
-from __future__ import annotations
-
 import re
 import threading
 from collections.abc import Iterator

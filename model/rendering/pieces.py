@@ -1,7 +1,5 @@
 """Pieces: voxels connected to a point of a volume, to be shown alone or cut away."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

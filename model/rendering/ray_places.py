@@ -1,7 +1,5 @@
 """Places under a pixel: where along its ray a volume is visible."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Iterator
 

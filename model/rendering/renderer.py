@@ -1,7 +1,5 @@
 """The interface of renderers, their creation by name, and VTK with the ray caster behind it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Protocol
 

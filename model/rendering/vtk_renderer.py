@@ -8,8 +8,6 @@ An OpenGL context belongs to the thread that created it: create, use and close a
 thread.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from typing import Any

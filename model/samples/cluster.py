@@ -4,8 +4,6 @@ Workers return the samples of a block, and this process writes them. The volume 
 Dask copies it between workers, and recomputes it if it is lost.
 """
 
-from __future__ import annotations
-
 import asyncio
 import os
 import threading

@@ -4,8 +4,6 @@ Volumes take turns, with one block of pairs each; a block is a file, and is draw
 random numbers depend only on seed, volume and block. Finished blocks stay after an interruption.
 """
 
-from __future__ import annotations
-
 import zipfile
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """Rendering of samples, singly or a whole store in parallel processes."""
 
-from __future__ import annotations
-
 import multiprocessing
 import os
 import signal

@@ -1,7 +1,5 @@
 """Random samples of a scene, each a function of seed, split and index."""
 
-from __future__ import annotations
-
 from typing import Literal, get_args
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A default transfer function (TF), derived from a volume's histogram."""
 
-from __future__ import annotations
-
 from bisect import bisect_left
 from dataclasses import replace
 

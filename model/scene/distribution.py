@@ -1,7 +1,5 @@
 """Distribution of a volume's voxels over scalar values: histograms and percentiles."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from functools import cached_property

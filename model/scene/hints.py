@@ -1,7 +1,5 @@
 """Hints about a TF: why an image is empty, and parts too narrow to be drawn."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Labels: whole numbers that each stand for something, such as an organ."""
 
-from __future__ import annotations
-
 import re
 
 import numpy as np

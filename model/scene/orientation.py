@@ -1,7 +1,5 @@
 """Upright views of a volume about any axis, and the home view."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Mapping, Sequence

@@ -5,8 +5,6 @@ only. The family "paper" has only mixtures of Gaussian modes; "drawn" also has r
 steps, bands, free curves, and TFs that show little or nothing.
 """
 
-from __future__ import annotations
-
 import colorsys
 from collections.abc import Callable
 from functools import partial

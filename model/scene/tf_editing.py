@@ -4,8 +4,6 @@ The handles of an opacity TF are its modes' peaks, or the points of a free
 curve; those of a colour TF are its stops. Handles are identified by index.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Edits of a TF that raise, lower or isolate a scalar value."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

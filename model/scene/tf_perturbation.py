@@ -4,8 +4,6 @@ Users do not edit single bins, and networks, trained on smooth TFs only, answer 
 Generators and renderers therefore give sensitivities to Gaussian edits of some width.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

@@ -4,8 +4,6 @@ Those for CT are given in Hounsfield units (HU). For other values and kinds, the
 histogram: the background's peak, and percentiles above it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

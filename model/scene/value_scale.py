@@ -4,8 +4,6 @@ On a logarithmic scale voxels, TFs, scalar ranges and histograms are all logarit
 renderers, derivatives and models need no special case. This module converts values for users.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any, Literal, cast
 

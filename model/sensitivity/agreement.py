@@ -5,8 +5,6 @@ the whole image and for 8 x 8 blocks. Edits outside the scalar window are exclud
 have no modes there, and the response of the background would dominate the comparison.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 

@@ -4,8 +4,6 @@ The unit is the change of a pixel's value (0 to 1) by an edit that raises the op
 it is highest. Colour maps are perceptually uniform and safe for the colour-blind.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Literal

@@ -4,8 +4,6 @@ Sensitivity is the derivative of the l2 norm of an image region's colours by the
 opacity TF (paper, Eq. 11, with the renderer in place of the network).
 """
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np

@@ -5,8 +5,6 @@ pass. A field of all blocks and values takes many of either kind, whichever are 
 network uses a latent code of the TF, one forward pass per number of the code is enough.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from functools import cached_property

@@ -1,7 +1,5 @@
 """Peaks of curves over scalar values: of a region's response, and of visibility at a place."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """A computed sensitivity with the data to interpret it, and its files."""
 
-from __future__ import annotations
-
 import csv
 import io
 from collections.abc import Iterable

@@ -1,7 +1,5 @@
 """Effect of an edit on an image: rendered, and predicted by its derivative."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -4,8 +4,6 @@ With a loss on reconstruction alone, small edits of a TF come to change the deco
 images improve, but their derivatives get worse. So the loss includes edits of TFs.
 """
 
-from __future__ import annotations
-
 import numpy as np
 import torch
 from numpy.typing import NDArray

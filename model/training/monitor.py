@@ -1,7 +1,5 @@
 """Measurements in a training run: hold-out metrics, curve, image sheets, and collapse."""
 
-from __future__ import annotations
-
 import copy
 import csv
 import io

@@ -5,8 +5,6 @@ step, so the weights stay equal. The first rank decides, measures and writes. Wi
 group there is one rank, and these functions do nothing.
 """
 
-from __future__ import annotations
-
 import os
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager

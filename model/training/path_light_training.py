@@ -4,8 +4,6 @@ The target's noise is independent of the input's and averages out, so a picture 
 teaches as much as an exact one.
 """
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Callable

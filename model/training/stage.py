@@ -4,8 +4,6 @@ Discriminators and generators use the logits form of the adversarial loss: its
 gradient does not vanish where a sigmoid saturates.
 """
 
-from __future__ import annotations
-
 import copy
 import math
 from abc import ABC, abstractmethod

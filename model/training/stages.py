@@ -4,8 +4,6 @@ The paper trains its two networks one after the other, by :class:`OpacityStage` 
 :class:`TranslationStage`; :class:`SmallStage` and :class:`JointStage` train both at once.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

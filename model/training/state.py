@@ -4,8 +4,6 @@
 leaves the previous or the new state.
 """
 
-from __future__ import annotations
-
 import json
 import signal
 import threading

@@ -5,8 +5,6 @@ A run is stored in a folder: ``training.json`` with its tensors (the resumable s
 the model itself, which the window can open during training.
 """
 
-from __future__ import annotations
-
 import platform
 import time
 from collections.abc import Callable, Generator, Iterable

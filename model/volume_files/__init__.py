@@ -1,7 +1,5 @@
 """Reading volumes from files: :func:`read_volume` takes any supported file or folder."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable
 from dataclasses import replace

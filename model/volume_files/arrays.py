@@ -1,7 +1,5 @@
 """Arrays with any number of axes, as in NumPy and HDF5 files: which to read, and how."""
 
-from __future__ import annotations
-
 import math
 import re
 import zipfile

@@ -1,7 +1,5 @@
 """Reading voxels: blocks, plain or compressed by zlib, gzip or bzip2, and progress by slices."""
 
-from __future__ import annotations
-
 import bz2
 import gzip
 import math

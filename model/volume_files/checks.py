@@ -1,7 +1,5 @@
 """Checks of a file before memory is allocated, and the errors that describe defects."""
 
-from __future__ import annotations
-
 import logging
 import math
 import os

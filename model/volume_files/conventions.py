@@ -4,8 +4,6 @@ Whole files are not opened with xarray: it reads other files that they name, and
 variable.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace

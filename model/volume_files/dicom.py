@@ -1,7 +1,5 @@
 """DICOM series, given as a folder or one of its files, and their stacks."""
 
-from __future__ import annotations
-
 import itertools
 from collections import defaultdict
 from collections.abc import Iterable, Sequence

@@ -1,7 +1,5 @@
 """A stack of DICOM images as a grid: order, distances and shear, pixels and values."""
 
-from __future__ import annotations
-
 import struct
 from collections.abc import Sequence
 from typing import Any

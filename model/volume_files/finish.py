@@ -1,7 +1,5 @@
 """Conversion of a file's grid to a volume: one component, what is missing, a readable name."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 from pathlib import Path

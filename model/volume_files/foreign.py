@@ -1,7 +1,5 @@
 """Unsupported files: their kind by content or suffix, and how to convert them."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Collection
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Grids, which file readers return, and their placement: spacing, units and directions."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Sequence

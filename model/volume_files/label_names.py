@@ -1,7 +1,5 @@
 """Names and colours of labels as programs write them, and renumbering for a TF's bins."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping
 from dataclasses import replace

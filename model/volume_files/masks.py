@@ -1,7 +1,5 @@
 """Masks in files: labels as segmentation programs read and write them."""
 
-from __future__ import annotations
-
 import gzip
 from collections.abc import Collection
 from dataclasses import dataclass, replace

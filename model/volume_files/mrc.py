@@ -1,7 +1,5 @@
 """MRC and CCP4 maps, as from electron microscopy: headers by mrcfile, voxels as a block."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 from typing import Literal

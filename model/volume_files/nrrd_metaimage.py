@@ -3,8 +3,6 @@
 VTK's readers crash on 64-bit integers and on four axes, and return noise for truncated files.
 """
 
-from __future__ import annotations
-
 import math
 import re
 from dataclasses import dataclass

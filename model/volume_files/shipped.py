@@ -1,7 +1,5 @@
 """The volumes shipped with tfscope, and the transfer function (TF) that any volume opens with."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 

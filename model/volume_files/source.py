@@ -1,7 +1,5 @@
 """Source of a volume: a file and its reading options."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 

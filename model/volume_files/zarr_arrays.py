@@ -1,7 +1,5 @@
 """Zarr arrays and groups, and OME-Zarr, which are folders, read by zarr."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from pathlib import Path
