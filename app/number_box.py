@@ -133,7 +133,8 @@ class NumberBox(QDoubleSpinBox):
         if value in self.numbers:
             return f"{self.numbers[int(value)]}"
         more = TYPED_DIGITS - SHOWN_DIGITS if value == self._typed else 0
-        return significant(value_at(value, self._scale) + 0.0, min(self._digits + more, 17))
+        number = value_at(value, self._scale) + 0.0
+        return without_zero(significant(number, min(self._digits + more, 17)))
 
     def valueFromText(self, text: str) -> float:
         """Read a number; an unchanged text keeps the exact value."""

@@ -285,7 +285,7 @@ class FindingsPanel(QFrame):
         # The rows say by themselves what they are.
         self.values_heading.setVisible(not is_low)
         self._foot.setContentsMargins(4, 0 if is_low else 6, 0, 0)
-        target = self._edits_line if is_low else self._foot
+        target = self._head if is_low else self._foot
         if target.indexOf(self._what_if.button) < 0:
             target.insertWidget(1 if is_low else 0, self._what_if.button)
         self.show_open()
@@ -333,20 +333,18 @@ class FindingsPanel(QFrame):
         self._said.setCurrentIndex(1 if self._what_if.result else 0)
 
     def _lay_out(self) -> None:
-        head = QHBoxLayout()
-        head.addWidget(self.title, 1)
-        fill(head, self.rename, self.close_button, margins=(12, 0, 4, 0))
+        self._head = QHBoxLayout()
+        self._head.addWidget(self.title, 1)
+        fill(self._head, self.rename, self.close_button, margins=(12, 0, 4, 0))
         page = QWidget()
         page.setProperty("role", "side page")
         opacity = _heading("opacity")
         opacity.setToolTip(self.height_box.toolTip())
-        self._edits_line = fill(
-            QHBoxLayout(), self.edits_heading, 0, opacity, self.height_box, spacing=6
-        )
+        edits = fill(QHBoxLayout(), self.edits_heading, 0, opacity, self.height_box, spacing=6)
         self._foot = fill(QHBoxLayout(), margins=(4, 6, 0, 0), spacing=8)
         self._foot.addWidget(self._said, 1)
         rows: list[QWidget | QHBoxLayout] = [self.values_heading, self.values_note]
-        rows += [*self.value_rows, self._edits_line, *self.edit_rows, self.edits_note, self._foot]
+        rows += [*self.value_rows, edits, *self.edit_rows, self.edits_note, self._foot]
         fill(QVBoxLayout(page), *rows, 0, margins=(8, 0, 8, 4))
         scroll = QScrollArea(widgetResizable=True)
         scroll.setProperty("role", "side")
@@ -354,7 +352,7 @@ class FindingsPanel(QFrame):
         scroll.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         scroll.setWidget(page)
         scroll.setMinimumHeight(60)
-        fill(QVBoxLayout(self), head, scroll, margins=(1, 0, 0, 0))
+        fill(QVBoxLayout(self), self._head, scroll, margins=(1, 0, 0, 0))
 
     def _emphasis(
         self, index: int, how: Emphasis, text: str, width: int, tip: str

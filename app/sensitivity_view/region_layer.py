@@ -347,8 +347,10 @@ class PlaceLabel(Card):
         asker.state.inputsChanged.connect(self._leave_nothing)
         self.button = IconButton("panel", "Values and edits", "F8", colors=theme.ON_IMAGE)
         self.button.clicked.connect(lambda: asker.asked.open_panel())
-        row = fill(QHBoxLayout(self), self.text, margins=(8, 3, 3, 3), spacing=8)
+        # On the left, where it stays when the text grows.
+        row = fill(QHBoxLayout(self), margins=(3, 3, 8, 3), spacing=4)
         row.addWidget(self.button, 0, Qt.AlignmentFlag.AlignTop)
+        row.addWidget(self.text)
         self.hide()
         canvas.installEventFilter(self)
 
@@ -385,7 +387,7 @@ class PlaceLabel(Card):
 
     def _row_of(self, piece: Piece, number: str) -> str:
         band = piece.values
-        what = "Piece" if band is None else f"Piece, only {self._asker.state.range_text(band)}"
+        what = "Piece" if band is None else f"Piece of {self._asker.state.range_text(band)}"
         does = " · ".join(
             f"<a href='{action}{number}' style='color: {theme.ON_IMAGE.change}'>{text}</a>"
             for action, text in (("a", "isolate"), ("c", "cut away"))

@@ -18,7 +18,7 @@ from PySide6.QtCore import QObject, Signal
 
 from app.engines import requests
 from app.engines.background import Pause
-from app.engines.client import Channels, EngineClient, EngineName, EngineState
+from app.engines.client import Channels, EngineClient, EngineName
 from app.engines.messages import Result
 from app.state.answer_pace import OLDEST_S, SHARE, AnswerPace
 from app.state.edited_tf import other_pane
@@ -164,7 +164,7 @@ class SensitivityAsker(QObject):
     def waiting(self) -> str:
         """Text to show until the answers come."""
         client = self.clients["exact"]
-        return client.text if client.state is EngineState.WAITING else "computing …"
+        return "computing …" if client.is_ready else client.text
 
     @property
     def region(self) -> RegionAnswer | None:

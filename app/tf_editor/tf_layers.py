@@ -12,7 +12,7 @@ from PySide6.QtGui import QBrush, QColor, QLinearGradient
 from PySide6.QtWidgets import QColorDialog
 
 from app import theme
-from app.number_box import significant
+from app.number_box import short, significant
 from app.tf_editor.handles import DragHandle, HandleMoves, handle_name
 from app.tf_editor.histogram import Curve
 from app.tf_editor.plot_area import PIN_PLACE, PlotArea
@@ -129,7 +129,7 @@ class OpacityLayer(QObject):
         area = self._area
         self._moves.drag("opacity", index, area.axis.value(place), area.scale.opacity(height))
         x, y = edits.opacity_handles(self._moves.tf.opacity)[index]
-        self._say(x, y, f"value {self._state.value_text(x)}   opacity {significant(y, 2)}")
+        self._say(x, y, f"value {self._state.value_text(x)}   opacity {short(y)}")
 
     def _drag_flank(self, place: float) -> None:
         index, tf = self._selection.index("opacity"), self._moves.tf

@@ -84,6 +84,9 @@ class PresetMenu(QMenu):
         action = QWidgetAction(self)
         action.setDefaultWidget(self.list)
         self.addAction(action)
+        # Else an entry that the mouse has crossed stays marked.
+        self.list.setMouseTracking(True)
+        self.list.itemEntered.connect(lambda _item: self.setActiveAction(action))
         show_tips(self)
         self.aboutToShow.connect(self._fill)
 

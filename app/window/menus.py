@@ -317,7 +317,8 @@ class Menus:
             menu, "S&wap sides", panes.swap, "Ctrl+Shift+X", is_there=lambda: panes.can_compare
         )
         self._add(
-            menu, "Smooth betwee&n voxels", lambda: state.set_interpolates(not state.interpolates),
+            menu, "I&nterpolate between voxels",
+            lambda: state.set_interpolates(not state.interpolates),
             is_on=lambda: state.interpolates,
         )  # fmt: skip
         self._add(

@@ -31,17 +31,22 @@ class SmallPictures(QObject):
         clients = context.analyst, context.panes[1].client
         self._analyst, self._reference = (Channel(client, name, self) for client in clients)
         self._wanted: BatchRequest | None = None
+        self._images: list[QImage] = []  # those last drawn
         self._traced = self._is_tracing = False
         self._patience = Pause(self, PATIENCE_MS, self._ask_reference)
         for channel in (self._analyst, self._reference):
             channel.answered.connect(partial(self._take, channel))
+        # Another analyst has another volume or light.
+        context.workspace.reference.analystReplaced.connect(lambda: self._images.clear())
 
     def ask(self, wanted: Sequence[SceneInputs]) -> None:
         """Request the pictures of some inputs."""
         first, *more = wanted
         self._traced = self._context.workspace.reference.settings.lighting == "path"
         self._is_tracing = False
-        self._wanted = BatchRequest(first, self._quality, tuple(more))
+        before, self._wanted = self._wanted, BatchRequest(first, self._quality, tuple(more))
+        if self._images and before == self._wanted:
+            self._show(self._images)
         self._reference.cancel()
         self._analyst.ask(self._wanted)
         self._patience.start()
@@ -66,7 +71,8 @@ class SmallPictures(QObject):
         # The analyst draws in the light of the edited image.
         lit = state.lit("exact") if channel is self._analyst else "exact"
         brightness = state.brightness.of(lit)
-        self._show([to_qimage(np.asarray(image), brightness) for image in result.value])
+        self._images[:] = (to_qimage(np.asarray(image), brightness) for image in result.value)
+        self._show(self._images)
         if self._traced and channel is self._analyst:
             self._traced, self._is_tracing = False, True
             request = result.request

@@ -41,7 +41,7 @@ def type_over(box, text):
 @pytest.mark.parametrize(
     ("limits", "text", "shown"),
     [
-        ((0.0, 1.0), "0.12345678901234", "0.123457"), ((1e-9, 3e-9), "2.5e-9", "2.5e-09"),
+        ((0.0, 1.0), "0.12345678901234", ".123457"), ((1e-9, 3e-9), "2.5e-9", "2.5e-09"),
         ((-1000.0, 3000.0), "-12.5", "-12.5"), ((1e6, 1e6 + 1), "1000000.12345", "1000000.12345"),
     ],
 )  # fmt: skip
@@ -67,7 +67,7 @@ def test_what_is_no_number_within_the_limits_is_not_taken(boxes, typed):
     QTest.keyClick(box, Qt.Key.Key_Return)
     assert box.text() == typed and box.value() == 0.5 and box.property("refused")
     QTest.keyClick(box, Qt.Key.Key_Tab)
-    assert box.text() == "0.5" and not box.property("refused")
+    assert box.text() == ".5" and not box.property("refused")
 
 
 @pytest.mark.parametrize(

@@ -34,6 +34,13 @@ def test_each_preset_shows_the_volume_and_can_be_taken(qtbot, window, builders):
     # The fake's pictures are each .1 brighter than the one before.
     qtbot.waitUntil(lambda: level(3) > 0)
     assert [level(n) for n in (0, 1, 3)] == pytest.approx([0, 26, 76], abs=1)
+    # The same pictures are there at once when the menu opens again.
+    menu.aboutToShow.emit()
+    assert level(3) == pytest.approx(76, abs=1)
+    # An entry that the mouse crosses on its way to the pictures is marked only until then.
+    menu.setActiveAction(menu.addAction("Crossed"))
+    entries.itemEntered.emit(entries.item(0))
+    assert menu.activeAction() is menu.actions()[0] and entries.hasMouseTracking()
     menu.take(entries.item(2))
     assert state.transfer_function.opacity == request.more[1].opacity_tf
     assert state.edits.stack.undoText() == f"preset {entries.item(2).text()}"
