@@ -29,7 +29,7 @@ class Cells:
 
 @dataclass(frozen=True, eq=False)
 class Blend:
-    """Interpolated code (d,) of a place, from this many samples; from 0, the nearest one's."""
+    """Code (d,) of a place, interpolated from this many samples; 0 if it is the nearest one's."""
 
     code: Codes
     samples: int

@@ -34,7 +34,7 @@ class Emptiness:
 
 
 def nothing_visible(rgba: NDArray[np.float32]) -> bool:
-    """Whether no pixel of an RGBA image (H, W, 4) is visible; NaN is not."""
+    """Whether no pixel of an RGBA image (H, W, 4) is visible; a NaN pixel is not."""
     opacity = rgba[..., 3]
     return not bool((opacity >= FAINTEST).any())
 
@@ -191,7 +191,7 @@ def _of_modes(opacity: OpacityTF) -> Iterator[tuple[float, float, float]]:
 
 
 def _of_colors(color: ColorTF, opacity: OpacityTF) -> Iterator[tuple[float, float, float]]:
-    """Yield the same of each peak and dip of red, green and blue where the TF is opaque."""
+    """Yield ends and width of each peak and dip of red, green and blue where the TF is opaque."""
     values, *channels = np.array(color.stops).T
     least = LEAST_RISE * float(opacity.sample().max())
     for heights in channels:
@@ -203,7 +203,7 @@ def _of_colors(color: ColorTF, opacity: OpacityTF) -> Iterator[tuple[float, floa
 def _of_heights(
     values: NDArray[np.float64], heights: NDArray[np.float64], entry: float, least: float
 ) -> Iterator[tuple[float, float, float]]:
-    """Yield the same of each peak and dip of a curve that is narrower than an entry."""
+    """Yield ends and width of each peak and dip of a curve that is narrower than an entry."""
     for curve in (heights, -heights):
         for first, last in _tops(curve):
             part = _narrow_top(values, curve, first, last, entry, least)

@@ -13,7 +13,7 @@ Mask = NDArray[np.bool_]  # pixels of a region: shape (rows, columns), row 0 at 
 Shape = int | tuple[int, int]  # of a square image, or rows and columns of another
 Reach = tuple[float, float]  # half an image's width and height, in sides of its middle square
 SQUARE: Reach = (0.5, 0.5)  # reach of a square image
-EDGE = 0.01  # share of the image, from its border, that an outline must reach into
+EDGE = 0.01  # how far an outline must reach into the image, as a share of its side
 
 
 @dataclass(frozen=True)

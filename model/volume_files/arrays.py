@@ -36,7 +36,7 @@ from model.volume_files.grid import Grid, in_one_unit, placed, proposed_stretch
 Index = tuple[int | slice, ...]
 
 MOST_COMPONENTS = 4  # largest length of a last axis that counts as components
-MOST_UNEVEN = 8.0  # least ratio of an axis's distances that is refused
+MOST_UNEVEN = 8.0  # ratio of an axis's largest to smallest distance from which it is refused
 
 _AUXILIARY = re.compile(
     r"(^|[^a-z])(ids?|index|ghost\w*|masks?|valid\w*|labels?|process\w*|rank)([^a-z]|$)|"

@@ -24,8 +24,8 @@ MOST_IN_MAGNITUDE = 4  # components up to which a voxel's are taken for a vector
 LEAST_SHARE, FEWEST = 0.001, 8  # of the voxels, from which a value counts as repeated
 
 FAR, TAIL = 4.0, 0.001
-"""Distance from the others from which on a value is far away, in widths of the others' range,
-and the share of them at each end that does not count for it."""
+"""Least distance of a value that is far from all others, in widths of their range, and the share
+of them at each end that this range leaves out."""
 
 ONLY_COMPONENT = "the volume has one, number 0."
 FEWEST_OTHERS = 16  # different values that the others must have: labels have no fill value

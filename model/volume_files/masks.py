@@ -24,7 +24,7 @@ MOST_LABELS = 4096  # different values that a file of labels may have
 MOST_COUNTED = 1 << 16  # largest difference of values that are counted one by one, which is faster
 MOST_NAMED = 12  # number of values that an error names
 ALIKE = 0.5  # distance in voxels up to which two grids count as the same
-WIDEST = 1 << 15  # voxels along an axis from which on NIfTI-1 has no number for them
+WIDEST = 1 << 15  # number of voxels along an axis that NIfTI-1 can no longer store
 
 
 @dataclass(frozen=True, eq=False)
