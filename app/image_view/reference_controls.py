@@ -166,7 +166,8 @@ class LightBall(QWidget):
         policy = self.sizePolicy()
         policy.setRetainSizeWhenHidden(True)
         self.setSizePolicy(policy)
-        state.inputsChanged.connect(self.update)
+        self._painted = LightDirection()
+        state.inputsChanged.connect(self._follow)
         self.set_light(None, None)
 
     def set_light(self, light: LightDirection | None, limits: LightRange | None) -> None:
@@ -182,6 +183,11 @@ class LightBall(QWidget):
     def direction(self) -> LightDirection:
         """Direction of the light that is shown."""
         return self._state.light or self._fixed
+
+    def _follow(self) -> None:
+        # Not at every step of another drag: the window would be painted once more.
+        if self.direction != self._painted:
+            self.update()
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
         """Begin a drag, or a click."""
@@ -216,7 +222,8 @@ class LightBall(QWidget):
 
     def paintEvent(self, _event: QPaintEvent) -> None:
         """Paint a ball with a highlight in the light's direction."""
-        right, up, _ = self.direction.towards()
+        self._painted = self.direction
+        right, up, _ = self._painted.towards()
         middle, radius = QPointF(DIAMETER / 2, DIAMETER / 2), DIAMETER / 2 - 1
         spot = middle + QPointF(right, -up) * (0.85 * radius)
         shade = QRadialGradient(middle, radius, spot)

@@ -171,7 +171,7 @@ class FieldCover(QObject):
         self.pane, self._asker = pane, asker
         self._state, self._asked = asker.state, asker.asked
         self._choose, self._changed = choose, changed
-        self._images: dict[SceneInputs, tuple[float, NDArray[np.float32]]] = {}
+        self._images: list[tuple[float, SceneInputs, NDArray[np.float32]]] = []
         self.scale = display.FLOOR  # value at the end of the colour bar
         self._caption = ""
         self._what_if: Trial | None = None
@@ -187,7 +187,8 @@ class FieldCover(QObject):
 
     def image_of(self, inputs: SceneInputs) -> NDArray[np.float32] | None:
         """Return the pane's image (H, W, 3) of some inputs; None if it is not there yet."""
-        return self._images.get(inputs, (0.0, None))[1]
+        found = (image for _, of, image in reversed(self._images) if of == inputs)
+        return next(found, None)
 
     def refresh(self) -> None:
         """Show the newest field with its image, or uncover the image."""
@@ -228,8 +229,8 @@ class FieldCover(QObject):
 
     def _take_image(self, inputs: SceneInputs, image: NDArray[np.float32]) -> None:
         now = time.monotonic()
-        self._images = {of: kept for of, kept in self._images.items() if now - kept[0] < KEPT_S}
-        self._images[inputs] = now, image[..., :3]
+        recent = [kept for kept in self._images if now - kept[0] < KEPT_S]
+        self._images = [*recent, (now, inputs, image[..., :3])]
         if self._asked.band is not None:
             self.refresh()
 
