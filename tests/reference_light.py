@@ -10,6 +10,7 @@ import math
 
 import numpy as np
 from scipy.interpolate import BSpline
+from scipy.ndimage import convolve1d
 
 from model.rendering.raster import Raster
 from model.rendering.scalars import noise_of
@@ -33,6 +34,7 @@ AMBIENT, DISTANT = 0.4, 0.65
 NOISE = 3.0
 NODES, AROUND_NODE = 64, 4
 RAYS_AT_ONCE = 2048
+BLUR = 0.0  # share of each of two neighbours in normals of large voxels, half in soft light
 
 
 def picture(
@@ -57,6 +59,7 @@ def picture(
     glow = None
     if lighting == "soft":
         glow = _soft_grid(volume, field, opacity, travel, inputs, mask)
+        glow = _blurred(glow, BLUR / 2, (0, 1, 2))
     whole = np.zeros((*raster.shape, 4), dtype=per_sample.dtype)
     wide = min(raster.columns, RAYS_AT_ONCE)
     for tile in raster.tiles(wide, max(RAYS_AT_ONCE // wide, 1)):
@@ -81,10 +84,19 @@ def picture(
     return whole if np.iscomplexobj(whole) else np.clip(whole, 0, 1)
 
 
+def _blurred(grid, share, axes):
+    """Give each of a node's two neighbours a share, along some axes."""
+    for axis in axes:
+        grid = convolve1d(grid, (share, 1 - 2 * share, share), axis, mode="nearest")
+    return grid
+
+
 def _steps(field, places):
-    """Differences of the field a voxel further and a voxel back along each axis."""
-    pairs = [(interpolated(field, places + e), interpolated(field, places - e)) for e in np.eye(3)]
-    return np.stack([further - back for further, back in pairs], -1)
+    """Differences of the field, blurred across, a voxel further and back along each axis."""
+    across = [_blurred(field, BLUR, axes) for axes in ((0, 1), (0, 2), (1, 2))]
+    ways = zip(across, np.eye(3), strict=True)
+    steps = [interpolated(f, places + e) - interpolated(f, places - e) for f, e in ways]
+    return np.stack(steps, -1)
 
 
 def _label_steps(field, places):

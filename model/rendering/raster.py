@@ -19,6 +19,7 @@ TIME_GROWTH = 0.83
 five of the ray caster's pictures of 256 to 1024 columns it is .82 to .98."""
 
 LARGE, LARGER = 3.0, 4.0  # pixels of a voxel from which on normals are blurred, and fully so
+BLUR = 1 / 3  # of large voxels: share of each of three in a difference across it, as Prewitt's
 
 _Number = TypeVar("_Number", bound=np.generic)
 
@@ -188,7 +189,7 @@ def at_size_of(
 
 
 def blur_of(view: View, volume: Volume, raster: Raster) -> float:
-    """Return the share of two neighbours in each difference of voxels: 0 to 1/4, as Sobel's."""
+    """Return the share of each of two neighbours in a difference of voxels: 0 to :data:`BLUR`."""
     half = view.camera_distance(volume.radius) * math.tan(math.radians(VIEW_ANGLE / 2))
     pixels = volume.voxel_size * raster.shorter / 2 / half
-    return min(max((pixels - LARGE) / (LARGER - LARGE), 0.0), 1.0) / 4
+    return min(max((pixels - LARGE) / (LARGER - LARGE), 0.0), 1.0) * BLUR

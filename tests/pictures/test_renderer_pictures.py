@@ -216,6 +216,7 @@ SCENES = {
     "drops-2": PictureScene("drops", "solid", "path", View(-70.0, 50.0, 0.0, 0.55)),
     "drops-3": PictureScene("drops", "veils", "path", View(0.0, 0.0, 0.0, 0.55)),
     "drops-direct": PictureScene("drops", "solid", "direct", View(35.0, 25.0, 7.0, 0.55)),
+    "drops-soft": PictureScene("drops", "solid", "soft", View(35.0, 25.0, 7.0, 0.55), step=0.1),
 }
 
 ROUNDING = Tolerance(0.0013, 0.005)

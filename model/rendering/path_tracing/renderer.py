@@ -22,7 +22,7 @@ from model.rendering.path_tracing.scattering import (
     single_scattering_albedo,
 )
 from model.rendering.path_tracing.tracking import Extinction, Scatterer
-from model.rendering.raster import Raster, blur_of
+from model.rendering.raster import BLUR, Raster, blur_of
 from model.rendering.raycast.batch import CLOSE
 from model.rendering.raycast.classification import LARGEST_ERROR, color_table, opacity_table
 from model.rendering.raycast.illumination import travel_direction
@@ -241,7 +241,7 @@ class PathTracer:
             extinction = extinction.of_splines(self._voxels.under(inputs.mask).cells.shape)
         medium = self._voxels.medium(inputs, opacity, extinction.cells)
         return Scatterer(
-            medium._replace(blur=np.float32(blur), smooth=np.float32(4 * blur)),
+            medium._replace(blur=np.float32(blur), smooth=np.float32(blur / BLUR)),
             extinction.majorants,
             extinction.levels,
             faces_of(inputs.part, volume),

@@ -9,10 +9,11 @@ from __future__ import annotations
 
 import itertools
 from concurrent.futures import Executor
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import correlate1d
 
 from model.rendering.opacity_correction import NEARLY_OPAQUE
 from model.rendering.raycast.light_sweeps import (
@@ -42,10 +43,7 @@ NOISE = 3.0
 The difference of two voxels has 1.4 of them along each axis, less between voxels."""
 
 AMBIENT, DISTANT = 0.4, 0.65  # soft light: unoccluded ambient light and distant light
-LONGEST_AXIS, COARSE = (
-    64,
-    32,
-)  # nodes along the longest axis of the light's grid, and of a coarse one
+LONGEST_AXIS, COARSE = 64, 32  # nodes along the longest axis of a light's grid, usual and coarse
 
 NOTHING = np.empty((0, 0, 0), dtype=np.float32)
 """Given to a sweep in place of what is not asked for."""
@@ -81,10 +79,28 @@ def gradient_light(
     )
 
 
+class SoftLight(NamedTuple):
+    """What soft light depends on."""
+
+    travel: NDArray[np.float64]  # direction in which the distant light travels
+    opacities: Floats  # the opacity TF's 256 samples
+    part: ShownPart = WHOLE_PART  # what is not shown casts no shadow
+    blur: float = 0.0  # share of each of two neighbours in the light at a node, along each axis
+
+    def blurred(self, light: NDArray[np.floating]) -> NDArray[np.floating]:
+        """Blur light at nodes (..., nz, ny, nx); this is its own adjoint.
+
+        In large voxels each node would be a ring, as light fades from node to node in a surface.
+        """
+        for axis in (-3, -2, -1) if self.blur > 0 else ():
+            shares = self.blur, 1 - 2 * self.blur, self.blur
+            light = correlate1d(light, shares, axis, mode="nearest")
+        return light
+
+
 class Illumination:
     """Light that reaches the points of a volume, on a coarse grid.
 
-    Methods take the direction in which the distant light travels, and the opacity TF's 256 samples.
     Extinction and ambient light depend on the opacity TF only and are cached while the view
     changes, for two TFs that take turns. The distant light moves with the view: it is swept anew.
     """
@@ -122,55 +138,35 @@ class Illumination:
         nx, ny, nz = map(int, self._counts)
         return nz, ny, nx
 
-    def grid(
-        self,
-        travel: NDArray[np.float64],
-        opacities: Floats,
-        part: ShownPart = WHOLE_PART,
-        dim: float = 1.0,
-    ) -> LightGrid:
-        """Compute the light; what is not shown casts no shadow. For `dim` see :class:`Light`."""
-        received = self._received(travel, opacities, part)
+    def grid(self, soft: SoftLight, dim: float = 1.0) -> LightGrid:
+        """Compute the light; for `dim` see :class:`Light`."""
         # Light above 1 would exceed the colour range.
-        return self._as_grid(np.minimum(received, 1).reshape(-1), dim)
+        return self._as_grid(soft.blurred(np.minimum(self._received(soft), 1)).reshape(-1), dim)
 
-    def changes(
-        self, travel: NDArray[np.float64], opacities: Floats, part: ShownPart, edits: Floats
-    ) -> LightGrid:
+    def changes(self, soft: SoftLight, edits: Floats) -> LightGrid:
         """Compute the change of the light at each node per unit of edits (n, 256)."""
-        is_below = self._received(travel, opacities, part) < 1
+        is_below = self._received(soft) < 1
         slopes = np.zeros((TF_SAMPLES + 1, len(edits)), dtype=np.float32)
-        slopes[:TF_SAMPLES] = (edits * self._extinction_slopes(opacities)).T
+        slopes[:TF_SAMPLES] = (edits * self._extinction_slopes(soft.opacities)).T
         moved = self._averages(slopes)
         changes = np.zeros_like(moved)
-        for share, direction in self._lights(travel):
-            sweep, passed, clear = self._swept(direction)
+        for share, direction in self._lights(soft.travel):
+            swept = share, *self._swept(direction)
 
-            def follow(
-                number: int,
-                share: float = share,
-                sweep: Sweep = sweep,
-                passed: Floats = passed,
-                clear: Floats = clear,
-            ) -> None:
+            def follow(number: int, swept: tuple[float, Sweep, Floats, Floats] = swept) -> None:
+                share, sweep, passed, clear = swept
                 found = np.empty_like(passed)
                 sweep_layers(sweep.layers_of(moved[number]), sweep.slope, passed, clear, found)
                 changes[number] += np.float32(share) * sweep.in_place(found)
 
             list(self._executor.map(follow, range(len(edits))))
-        changes *= is_below
+        changes = soft.blurred(changes * is_below)
         return self._as_grid(np.ascontiguousarray(changes.reshape(len(edits), -1).T))
 
-    def pass_back(
-        self,
-        travel: NDArray[np.float64],
-        opacities: Floats,
-        part: ShownPart,
-        by_light: NDArray[np.floating],
-    ) -> NDArray[np.float64]:
+    def pass_back(self, soft: SoftLight, by_light: NDArray[np.floating]) -> NDArray[np.float64]:
         """Turn a derivative by the light at each node into one by the opacity TF."""
-        is_below = self._received(travel, opacities, part) < 1
-        back = np.where(is_below, by_light, 0).astype(np.float32)
+        is_below = self._received(soft) < 1
+        back = np.where(is_below, soft.blurred(by_light), 0).astype(np.float32)
 
         def follow(share: float, direction: NDArray[np.float64]) -> Floats:
             sweep, passed, clear = self._swept(direction)
@@ -179,7 +175,7 @@ class Illumination:
             sweep_back(weighted, sweep.slope, passed, clear, found)
             return sweep.in_place(found)
 
-        lights = zip(*self._lights(travel), strict=True)
+        lights = zip(*self._lights(soft.travel), strict=True)
         by_extinction = np.sum(list(self._executor.map(follow, *lights)), axis=0)
         if not self._part.is_whole:
             by_extinction *= self._shares(self._part)
@@ -190,24 +186,24 @@ class Illumination:
             return table
 
         table = np.sum(list(self._executor.map(gather, range(len(self._levels)))), axis=0)
-        return np.asarray(table[:TF_SAMPLES] * self._extinction_slopes(opacities))
+        return np.asarray(table[:TF_SAMPLES] * self._extinction_slopes(soft.opacities))
 
     def _as_grid(self, values: Floats, dim: float = 1.0) -> LightGrid:
         nz, ny, nx = self.shape
         return LightGrid(values, (nx, ny, nz), tuple(self._scale), np.float32(dim))
 
-    def _received(self, travel: NDArray[np.float64], opacities: Floats, part: ShownPart) -> Floats:
+    def _received(self, soft: SoftLight) -> Floats:
         """Light at each node, which may be above 1."""
-        scene = opacities.tobytes(), part
-        self._part, known = part, self._lit.pop(scene, None)
+        scene = soft.opacities.tobytes(), soft.part
+        self._part, known = soft.part, self._lit.pop(scene, None)
         if known is None:
-            self._extinction = self._mean_extinction(opacities)
+            self._extinction = self._mean_extinction(soft.opacities)
             ambient = np.mean(list(self._executor.map(self._sweep, AROUND)), axis=0)
         else:
             self._extinction, ambient = known
         last = list(self._lit.items())[-1:]
         self._lit = dict([*last, (scene, (self._extinction, ambient))])
-        return np.float32(AMBIENT) * ambient + np.float32(DISTANT) * self._sweep(travel)
+        return np.float32(AMBIENT) * ambient + np.float32(DISTANT) * self._sweep(soft.travel)
 
     def _lights(self, travel: NDArray[np.float64]) -> list[tuple[float, NDArray[np.float64]]]:
         """Strength and direction of each light, of which what is received is the sum."""

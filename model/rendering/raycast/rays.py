@@ -70,9 +70,7 @@ class Medium(NamedTuple):
     voxels: Any  # array, 1-D: x fastest
     shape: Any  # tuple of 3 int: voxels along x, y and z
     scale: Any  # tuple of 2 float32: lowest scalar value, and levels per unit of scalar value
-    missing: (
-        Any  # uint8, 1-D: marks of hidden voxels, see `hidden_share`; empty where there are none
-    )
+    missing: Any  # uint8, 1-D: marks of hidden voxels, see `hidden_share`; empty without any
     cells: Any  # int8, 1-D: distance of each cell to one where something is visible, in cells
     cell_shape: Any  # tuple of 3 int: cells along x, y and z
     shift: Any  # int: base-2 logarithm of a cell's edge in voxels

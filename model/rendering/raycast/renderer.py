@@ -31,6 +31,7 @@ from model.rendering.raycast.illumination import (
     COARSE,
     LONGEST_AXIS,
     Illumination,
+    SoftLight,
     gradient_light,
     travel_direction,
 )
@@ -44,7 +45,6 @@ from model.rendering.scalars import (
     noise_of,
     renderable_scalars,
 )
-from model.scene.clip_plane import ShownPart
 from model.scene.inputs import SceneInputs
 from model.scene.mask import Mask
 from model.scene.scene import LightDirection, Lighting
@@ -228,7 +228,7 @@ class RaycastRenderer:
         gradients, energies, by_light = self._differentiated(inputs, size, windows)
         gradient = gradients.sum(axis=0)
         if (grid := self._light_grid(inputs)) is not None:
-            gradient += grid.pass_back(*self._soft_inputs(inputs), by_light)
+            gradient += grid.pass_back(self._soft_light(inputs, Raster.of(size)), by_light)
         return gradient, float(energies.sum())
 
     def _differentiated(
@@ -272,11 +272,12 @@ class RaycastRenderer:
         slopes = self._classified(inputs).derivative if inputs.mask is None else 1
         by_bin, begin = kernels.band_of(edits * slopes)
         count = max(int(begin.max()) + kernels.BAND, len(edits))
-        turns, is_fine = NO_CHANGES, Raster.of(size).shorter >= FINE_FROM
-        if (grid := self._light_grid(inputs, is_coarse=not is_fine)) is not None:
+        turns, raster = NO_CHANGES, Raster.of(size)
+        is_coarse = raster.shorter < FINE_FROM
+        if (grid := self._light_grid(inputs, is_coarse)) is not None:
             padded = np.zeros((count, TF_SAMPLES), dtype=np.float32)
             padded[: len(edits)] = edits
-            turns = grid.changes(*self._soft_inputs(inputs), padded)
+            turns = grid.changes(self._soft_light(inputs, raster), padded)
 
         def add(part: slice, squares: NDArray[np.float64]) -> None:
             shown = windows[part]
@@ -301,11 +302,11 @@ class RaycastRenderer:
         classifier = self._voxels.under(inputs.mask).classifier
         shown = classified.opacity + abs(changes)
         cells = classifier.cells_around(shown, distance, self.skip_empty)
-        light, glow = self._lit(inputs, classified)
+        light, glow = self._lit(inputs, raster, classified)
         turn = NO_GRID
         if (grid := self._light_grid(inputs)) is not None:
             edits = np.asarray(edit, dtype=np.float32)[None]
-            turn = grid.changes(*self._soft_inputs(inputs), edits)
+            turn = grid.changes(self._soft_light(inputs, raster), edits)
             turn = turn._replace(grid=turn.grid.reshape(-1))
         arguments = (
             self._medium(inputs, raster, classified)._replace(cells=cells),
@@ -384,7 +385,7 @@ class RaycastRenderer:
         arguments = (
             self._medium(inputs, raster, classified),
             color_table(inputs.color_tf, volume.scalar_range, classified.opacity),
-            *(self._lit(inputs, classified) if lit else (None, None)),
+            *(self._lit(inputs, raster, classified) if lit else (None, None)),
             np.float32(LARGEST_ERROR / 2 if self.terminate_early else 0),
             self._camera(inputs, raster),
             distance * volume.voxel_size,
@@ -408,9 +409,11 @@ class RaycastRenderer:
 
     def _medium(self, inputs: SceneInputs, raster: Raster, classified: Classification) -> Medium:
         """Return the volume for kernels: at rest, normals of large voxels are blurred."""
-        blur = 0.0 if self._is_coarsely_lit else blur_of(inputs.view, self._volume, raster)
         medium = self._voxels.medium(inputs, classified.opacity, classified.cells)
-        return medium._replace(blur=np.float32(blur))
+        return medium._replace(blur=np.float32(self._blur(inputs, raster)))
+
+    def _blur(self, inputs: SceneInputs, raster: Raster) -> float:
+        return 0.0 if self._is_coarsely_lit else blur_of(inputs.view, self._volume, raster)
 
     def _camera(self, inputs: SceneInputs, raster: Raster) -> NDArray[np.float64]:
         return camera_array(inputs.view, self._volume, raster, inputs.part)
@@ -435,7 +438,7 @@ class RaycastRenderer:
         volume, distance, raster = self._volume, self.sample_distance, Raster.of(size)
         step = distance * volume.voxel_size
         classified = self._classified(inputs)
-        light, glow = self._lit(inputs, classified)
+        light, glow = self._lit(inputs, raster, classified)
         return (
             self._medium(inputs, raster, classified),
             color_table(inputs.color_tf, volume.scalar_range),
@@ -456,7 +459,7 @@ class RaycastRenderer:
         return classifier.classified(inputs.opacity_tf, apart, self.skip_empty)
 
     def _lit(
-        self, inputs: SceneInputs, classified: Classification
+        self, inputs: SceneInputs, raster: Raster, classified: Classification
     ) -> tuple[Light | None, LightGrid | None]:
         """Return a scene's light on surfaces by their gradient, and soft light; None without it."""
         if self._lighting == "direct":
@@ -465,7 +468,7 @@ class RaycastRenderer:
             surface = self._volume, inputs.part, noise, classified.brightest
             return gradient_light(travel, *surface), None
         if (grid := self._light_grid(inputs)) is not None:
-            return None, grid.grid(*self._soft_inputs(inputs), classified.brightest)
+            return None, grid.grid(self._soft_light(inputs, raster), classified.brightest)
         return None, None
 
     def _light_grid(self, inputs: SceneInputs, is_coarse: bool = False) -> Illumination | None:
@@ -475,9 +478,8 @@ class RaycastRenderer:
         longest = COARSE if is_coarse or self._is_coarsely_lit else LONGEST_AXIS
         return self._voxels.under(inputs.mask).illumination(longest)
 
-    def _soft_inputs(
-        self, inputs: SceneInputs
-    ) -> tuple[NDArray[np.float64], NDArray[np.float32], ShownPart]:
-        """Return what soft light depends on: where it travels, opacities, and the shown part."""
+    def _soft_light(self, inputs: SceneInputs, raster: Raster) -> SoftLight:
         travel = travel_direction(inputs.view, inputs.light or self._default)
-        return travel, inputs.opacity_tf.sample(self._volume.scalar_range), inputs.part
+        opacities = inputs.opacity_tf.sample(self._volume.scalar_range)
+        # Half of a normal's: at nodes, these are a cubic B-spline's shares.
+        return SoftLight(travel, opacities, inputs.part, self._blur(inputs, raster) / 2)

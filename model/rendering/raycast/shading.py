@@ -265,7 +265,7 @@ def _by_64(voxels, shape, blur, x, y, z):
     """Gradient of the values of the 64 voxels around, or of the share of the nearest one's label.
 
     Labels (the blur is None) are weighted by a cubic B-spline: a staircase of voxels is a smooth
-    surface. Values are blurred across each difference, as by Sobel's operator: each step of large
+    surface. Values are blurred across each difference, as by Prewitt's operator: each step of large
     voxels' values would be a ring. The TF does not count, as the derivatives by it demand.
     """
     x, y, z = clamp(x, shape[0]), clamp(y, shape[1]), clamp(z, shape[2])

@@ -225,7 +225,8 @@ def test_files_are_opened_and_saved_unless_that_is_cancelled(
     window.notice.clear()
     builders.volumes["other"] = make_volume("other", top=300.0)
     answer("other.nrrd")
-    act_until(qtbot, window.workspace.volumeStarted, files.ask_and_open)
+    with qtbot.waitSignal(window.workspace.volumeStarted):
+        files.ask_and_open()
     assert window.state.scalar_range == (100.0, 300.0)
 
 

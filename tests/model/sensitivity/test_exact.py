@@ -7,7 +7,7 @@ import pytest
 from ramp import make_tf, make_volume
 
 from model.errors import RenderError
-from model.rendering.raster import Raster, middle_square
+from model.rendering.raster import BLUR, Raster, middle_square
 from model.rendering.raycast import renderer as ray_caster
 from model.rendering.raycast.classification import FADES, LEVELS_PER_BIN
 from model.rendering.raycast.renderer import RaycastRenderer
@@ -277,7 +277,7 @@ def renderers(volume):
         *(
             (lighting, 0.5, "random", others)
             for lighting in ("none", "direct", "soft")
-            for others in ({"interpolates": False}, {"mask": MASK})
+            for others in ({"interpolates": False}, {"mask": MASK}, {"blur": BLUR})
         ),
         *(
             ("none", step, tf, {"mask": MASK})
@@ -287,20 +287,21 @@ def renderers(volume):
     ],
 )
 def test_derivatives_are_those_of_exact_images(
-    renderers, volume, lighting, step, tf, others, by_level
+    renderers, volume, lighting, step, tf, others, by_level, monkeypatch
 ):
     renderer = renderers[lighting]
     renderer.sample_distance = step
     crop = CropBox((0.1, 0.2, 0.0), (0.9, 0.9, 0.7)) if tf == "random" else None
     # Along a face, where soft light's grid has exact shares of the cells that it cuts.
     clip = ClipPlane((0.0, -1.0, 0.0), 0.1) if lighting == "soft" else ClipPlane((1, -2, 0.5), 0.2)
-    others = {**others, "crop": crop, "clip": None if crop is None else clip}
+    others = {"blur": 0.0, **others, "crop": crop, "clip": None if crop is None else clip}
+    blur = others.pop("blur")
+    monkeypatch.setattr(ray_caster, "blur_of", lambda *_: blur)
+    monkeypatch.setattr(reference_light, "BLUR", blur)
     view = replace(VIEW, is_orthographic=crop is not None)
     inputs = SceneInputs.of(view, tf_of(TFS[tf], COLOR), light=LIGHT, **others)
-    found = [
-        reference_light.derivative(volume, inputs, SIZE, step, lighting, edit.astype(float))
-        for edit in EDITS
-    ]
+    given = volume, inputs, SIZE, step, lighting
+    found = [reference_light.derivative(*given, edit.astype(float)) for edit in EDITS]
     image, changes = found[0][0][..., :3], np.array([change[..., :3] for _, change in found])
     seen, moved = image[PART], changes[:, *PART]
     norm = np.linalg.norm(seen) or 1.0

@@ -288,11 +288,8 @@ def test_a_path_without_depth_leaves_a_medium_of_next_to_no_extinction():
         assert (level, t, through) == (-1, 2.0, 1.0)
 
 
-SIZE = 32
-"""Width and height of Mitsuba's pictures in pixels."""
-
-POINT = 0.05
-"""Angular radius of the light in degrees, where Mitsuba's is a direction."""
+SIZE = 32  # width and height of Mitsuba's pictures in pixels
+POINT = 0.05  # angular radius of the light in degrees, where Mitsuba's is a direction
 
 
 @dataclass(frozen=True)
@@ -343,12 +340,8 @@ SCENES = (
 
 
 SEEDS, SAMPLES = 24, 32
-
-CLOSE = 0.05
-"""Distance of samples along view rays in voxels: where Mitsuba's rays collide is continuous."""
-
-UNSEEN = 1e-3
-"""A quarter of an 8-bit step: pixels of less opacity are not traced."""
+CLOSE = 0.05  # voxels between samples along view rays: where Mitsuba's rays collide is continuous
+UNSEEN = 1e-3  # a quarter of an 8-bit step: pixels of less opacity are not traced
 
 
 @pytest.mark.slow
@@ -375,8 +368,6 @@ def test_pixels_are_within_three_standard_errors_of_mitsubas(scene):
 
 
 RASTER = Raster(240, 240, 92, 92, 56, 56)  # the middle, in which a voxel is seven pixels
-
-
 LEVELS, BROAD = 36.0, 2.5
 
 
@@ -411,11 +402,12 @@ def smooth_ball(view):
 
 def halves_of(kind, view, samples=64):
     """Two differences of a picture from smooth shading; the noise of paths is independent."""
-    if kind != "path":
-        lit = open_renderer(kind, drop(), "direct")
+    name, light = kind.split()
+    if light != "path":
+        lit = open_renderer(name, drop(), light)
         image = lit.render(white_ball(view), RASTER, 0.1)[..., :3].mean(axis=-1)
         lit.close()
-        return np.stack([image - smooth_ball(view)] * 2)
+        return np.stack([image - (light == "direct") * smooth_ball(view)] * 2)
     # Light that is scattered once, from one direction, has the least noise.
     tracer = PathTracer(drop(), lamp=Lamp(gloss=0.0, sky=0.0, bounces=1, radius=0.05))
     *_, picture = tracer.refine(white_ball(view), RASTER, samples)
@@ -433,15 +425,16 @@ def ring_power(kind, view):
     return float(np.mean((even - smooth @ (smooth.T @ even)) * (odd - smooth @ (smooth.T @ odd))))
 
 
+PATHS = pytest.param("path path", marks=pytest.mark.slow)
 RING_VIEWS = View(60, 40, 0, 0.7), View(110, -30, 0, 0.7), View(20, 15, 0, 0.7)
 
 
 @pytest.mark.parametrize("view", RING_VIEWS)
-@pytest.mark.parametrize("kind", ["raycast", "vtk", pytest.param("path", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("kind", ["raycast direct", "raycast soft", "vtk direct", PATHS])
 def test_large_voxels_have_few_rings(kind, view, monkeypatch):
     smooth = ring_power(kind, view)
     # Linear values and usual normals, of paths with close samples and with the usual steps.
-    for blur, times in ((1e-6, 3), (0.0, 5)):
+    for blur, times in ((1e-6, 3), (0.0, 3 if "soft" in kind else 5)):
         for module in (renderer, raycast, vtk_renderer):
             monkeypatch.setattr(module, "blur_of", lambda *_, blur=blur: blur)
         assert smooth < ring_power(kind, view) / times

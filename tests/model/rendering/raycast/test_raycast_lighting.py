@@ -9,7 +9,7 @@ import pytest
 from drawing import RANGE, VIEW, constant, image_of, slab
 
 from model.rendering.raycast import illumination
-from model.rendering.raycast.illumination import AMBIENT, DIFFUSE, DISTANT, Illumination
+from model.rendering.raycast.illumination import AMBIENT, DIFFUSE, DISTANT, Illumination, SoftLight
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.rendering.vtk_renderer import VtkRenderer
 from model.scene.inputs import SceneInputs
@@ -88,9 +88,8 @@ def cast(executor, monkeypatch):
     def light(volume, opacity_tf, view=VIEW, light=HEADLIGHT, ambient=0.0, distant=1.0):
         monkeypatch.setattr(illumination, "AMBIENT", ambient)
         monkeypatch.setattr(illumination, "DISTANT", distant)
-        opacities = opacity_tf.sample(volume.scalar_range)
-        travel = -towards(light, view)
-        grid = Illumination(volume.scalars, BYTES, volume, executor).grid(travel, opacities)
+        soft = SoftLight(-towards(light, view), opacity_tf.sample(volume.scalar_range))
+        grid = Illumination(volume.scalars, BYTES, volume, executor).grid(soft)
         assert grid.shape == volume.dimensions
         np.testing.assert_array_equal(grid.scale, 1)
         return grid.grid.reshape(volume.scalars.shape)
@@ -126,9 +125,8 @@ def test_light_on_a_coarser_grid_is_about_the_same(executor):
     scalars[10:30, 40:80, 5:25] = 255
     volume = Volume(scalars, (1.0, 0.5, 1.0))
     opacity_tf = OpacityTF(RANGE, points=((250.0, 0.0), (255.0, 0.05)))
-    opacities = opacity_tf.sample(volume.scalar_range)
-    travel = -towards(HEADLIGHT, View())
-    grid = Illumination(scalars, BYTES, volume, executor).grid(travel, opacities)
+    soft = SoftLight(-towards(HEADLIGHT, View()), opacity_tf.sample(volume.scalar_range))
+    grid = Illumination(scalars, BYTES, volume, executor).grid(soft)
     nx, ny, nz = grid.shape
     assert (nx, ny, nz) == (24, 64, 32)
     light = grid.grid.reshape(nz, ny, nx)
@@ -170,13 +168,11 @@ def test_the_references_derivative_is_the_difference_of_its_pictures(lighting):
     scene = posed()
     edit = np.exp(-0.5 * ((np.arange(256) - 150) / 15) ** 2)
     opacity = scene.inputs.opacity_tf.sample().astype(np.float64)
+    given = scene.volume, scene.inputs, 12, 0.5, lighting
     more, less = (
-        reference_light.picture(
-            scene.volume, scene.inputs, 12, 0.5, lighting, opacity=opacity + step * edit
-        )
-        for step in (1e-6, -1e-6)
+        reference_light.picture(*given, opacity=opacity + step * edit) for step in (1e-6, -1e-6)
     )
-    _, change = reference_light.derivative(scene.volume, scene.inputs, 12, 0.5, lighting, edit)
+    _, change = reference_light.derivative(*given, edit)
     np.testing.assert_allclose(change, (more - less) / 2e-6, atol=1e-5 * abs(change).max())
 
 
