@@ -50,7 +50,9 @@ def explain(label: QLabel) -> None:
 
 def open_glossary(parent: QWidget, term: str = "") -> QDialog:
     """Open the glossary, at a term if one is given."""
-    page, dialog = open_page(parent, "Glossary", GLOSSARY.read_text(encoding="utf-8"))
+    # The window itself is there, so that its picture is not needed.
+    text = re.sub(r"!\[.*\n", "", GLOSSARY.read_text(encoding="utf-8"))
+    page, dialog = open_page(parent, "Glossary", text)
     if term:
         # From the end, so that the term is at the top.
         page.moveCursor(page.textCursor().MoveOperation.End)

@@ -68,7 +68,7 @@ class EnginePane(QWidget):
         self.lit: Lit = "b" if self.name == "B" else engine
         self._newest = -1
         self.rgba: NDArray[np.float32] | None = None
-        self.detail = self._who = self.light = self._coming = self._remark = ""
+        self.detail = self._who = self.light = self._coming = self._remark = self._masked = ""
         self._most_samples = self._samples = 0
         self._is_unusual = False
         self.note = self._note_tip = self._tip = self._speed = ""
@@ -189,6 +189,7 @@ class EnginePane(QWidget):
         shown = [name for name, part in parts.items() if part and self.engine == "exact"]
         facts = [*shown, by, f"{width} × {height}", f"{1000 * result.seconds:.0f} ms"]
         self.detail = "   ".join(fact for fact in facts if fact)
+        self._masked = "masked" * ("masked" in shown)
         if self.engine == "exact":
             # More is in the tooltip.
             self._who = by.partition(",")[0]
@@ -263,10 +264,10 @@ class EnginePane(QWidget):
             return DRAWING, "change"
         coming = f"{self._coming} follows" if self._coming else ""
         if self.is_alone and self.light:
-            return coming, "dim"
+            return ", ".join(filter(None, (coming, self._masked))), "dim"
         if self._speed:
             return self._speed, "dim"
-        facts = [self._drawn_text(), coming, self.note]
+        facts = [self._drawn_text(), self._masked, coming, self.note]
         tone: Tone = "dim"
         if self.hint or self._is_unusual:
             facts.append(OUTSIDE)

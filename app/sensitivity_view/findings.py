@@ -150,7 +150,7 @@ def edits_found(
     edits = [_edit(asker, number, interval) for number, interval in enumerate(peaks.intervals, 1)]
     if peaks.intervals:
         out = peaks.left_out
-        note = "" if out is None else f"Not listed: {asker.state.value_text(out)}, the background"
+        note = "" if out is None else f"Not listed: background, at {asker.state.value_text(out)}"
     elif is_fresh:
         # Or it only rises towards values of hardly any voxel.
         flat = peaks.strongest is None

@@ -52,6 +52,7 @@ class SliceState(QObject):
 
     changed = Signal()
     moved = Signal()  # emitted when the user has moved the cross-hair
+    windowed = Signal()  # emitted when the user has changed the window of gray
     hovered = Signal(object)  # emitted with the place under the mouse; None when it leaves
 
     volume: Volume | None = None
@@ -280,6 +281,7 @@ class SliceView(pg.GraphicsView):  # type: ignore[misc]
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
         """Drag, or report the place under the mouse."""
         position = event.position()
+        self._state.hovered.emit(self.place_under(position))
         if event.buttons() and self._last is not None:
             moved, self._last = position - self._last, position
             self._drag(event, moved)
@@ -287,7 +289,6 @@ class SliceView(pg.GraphicsView):  # type: ignore[misc]
             shapes = Qt.CursorShape
             is_handle = self._handle_at(position) is not None
             self.setCursor(shapes.SizeAllCursor if is_handle else shapes.CrossCursor)
-        self._state.hovered.emit(self.place_under(position))
 
     def mouseReleaseEvent(self, _event: QMouseEvent) -> None:
         """End a drag."""
@@ -313,6 +314,7 @@ class SliceView(pg.GraphicsView):  # type: ignore[misc]
             wider, higher = math.exp(moved.x() / GRAY_PIXELS), -moved.y() / GRAY_PIXELS
             whole = self._volume.scalar_range
             state.show(window=slices.gray_window(state.window, whole, wider, higher))
+            state.windowed.emit()
         elif buttons & Qt.MouseButton.MiddleButton or (
             event.modifiers() & Qt.KeyboardModifier.ShiftModifier
         ):
@@ -373,7 +375,7 @@ class SlicesColumn(QWidget):
         menu = self.button.add_menu()
         self.choices = add_choices(menu, COLORS, lambda colors: state.show(colors=colors))
         menu.addSeparator()
-        add_action(menu, "Gray of &all values", self._reset_gray)
+        add_action(menu, "Window of &all values", self._reset_gray)
         self.value, self.where = ElidedLabel(), ElidedLabel()
         self.where.setProperty("role", "dim")
         foot = fill(QHBoxLayout(), self.button, margins=(4, 2, 6, 2), spacing=6)
@@ -386,6 +388,7 @@ class SlicesColumn(QWidget):
         state.viewer.inputsChanged.connect(state.viewer.calm.soon(self.refresh))
         state.viewer.navigationChanged.connect(self.refresh)
         state.hovered.connect(self._say)
+        state.windowed.connect(self._say_window)
 
     @property
     def is_large(self) -> bool:
@@ -419,6 +422,11 @@ class SlicesColumn(QWidget):
     def _reset_gray(self) -> None:
         if self._state.volume is not None:
             self._state.show(window=self._state.volume.scalar_range)
+
+    def _say_window(self) -> None:
+        low, high = self._state.window
+        window, level = significant(high - low, 3), significant((low + high) / 2, 3)
+        self.where.set_full_text(f"window {window}  level {level}")
 
     def _say(self, place: Triple | None) -> None:
         """Show value and place under the mouse, or at the cross-hair."""

@@ -41,7 +41,7 @@ RECENT: dict[RecentKind, str] = {
 OVERLAYS: tuple[tuple[Overlay, str, str], ...] = (
     ("legend", "Colour l&egend", "Ctrl+L"),
     ("scale_bar", "&Scale bar", "Ctrl+Shift+L"),
-    ("opacity_images", "Opac&ity, as a small image", "Shift+O"),
+    ("opacity_images", "Opac&ity image", "Shift+O"),
 )
 
 DIFFERENCES: dict[DifferenceChoice, str] = {
@@ -49,7 +49,7 @@ DIFFERENCES: dict[DifferenceChoice, str] = {
     "flip": "FLIP: as the eye sees it",
 }
 
-B_OPENED = "The TF editor edits B now, a click edits the other image, A. C closes B."
+B_OPENED = "You edit B now. Click in A to edit A again. C closes B."
 
 Slot = Callable[[], object]
 Test = Callable[[], bool]
@@ -188,8 +188,6 @@ class Menus:
         cropping = self._act(window.tools.crop, show_crop, "K", "Ctrl+K")
 
         def refresh() -> None:
-            is_open = window.workspace.opened is not None
-            bar.show_comparison(is_open and not panes.is_browsing)
             compare.setChecked(len(panes.images) > 1 or panes.wipes)
             browsing.setChecked(latent.choices.shown)
             cropping.setChecked(crop.is_shown)

@@ -264,6 +264,8 @@ class ImageError(QObject):
         """Show or hide the difference over the compared image."""
         self.is_wanted = wanted
         self.compare()
+        if wanted and self._difference is None and self.pane is self._pane_b:
+            self._context.status.say("The difference follows when both images are complete.")
 
     def _paint(self, pane: EnginePane, painter: QPainter, rect: QRect) -> None:
         canvas, compared, wiped = pane.canvas, self._compared, self._reference.canvas.wiped

@@ -38,7 +38,7 @@ class Slices(QObject):
         self._context, self._row, self._area = context, row, area
         self.state = SliceState(context.state, self)
         self.column: SlicesColumn | None = None  # built when it is first shown
-        self._step = 0
+        self._step = self._width = 0  # the user's width of the slices, if any
         self._under: float | None = None
         self._holds = False
         self.state.moved.connect(self._keep_place)
@@ -105,6 +105,7 @@ class Slices(QObject):
         column.hide()
         self._row.addWidget(column)
         self._row.setStretchFactor(1, 0)
+        self._row.splitterMoved.connect(self._keep_width)
         self._mark = pg.InfiniteLine(pen=pg.mkPen(theme.VISIBLE, width=1.5))
         self._mark.setZValue(60)
         self._area.opacity.addItem(self._mark, ignoreBounds=True)
@@ -121,8 +122,14 @@ class Slices(QObject):
     def _resize(self) -> None:
         assert self.column is not None
         whole, high = self._row.width(), self._row.height()
-        width = max(round(LARGE * whole if self.column.is_large else SMALL * high), NARROWEST)
+        width = self._width or max(round(SMALL * high), NARROWEST)
+        if self.column.is_large:
+            width = max(width, round(LARGE * whole))
         self._row.setSizes([whole - width, width])
+
+    def _keep_width(self) -> None:
+        if self.column is not None and not self.column.is_large:
+            self._width = self.column.width()
 
     def _keep_place(self) -> None:
         self._context.workspace.keep(cross_hair=self.state.place)
@@ -134,8 +141,11 @@ class Slices(QObject):
         if what in ("band", "choices") and volume is not None:
             band = asked.band if asked.choices.shown else None
             width, whole = asked.choices.width, volume.scalar_range
-            shown = None if band is None else band_of_edit(band.values, whole, width)
-            self.state.show(band=shown)
+            # Nothing covers the slice in which the mouse rests.
+            if band is None or (self._holds and not band.kept):
+                self.state.show(band=None)
+            else:
+                self.state.show(band=band_of_edit(band.values, whole, width))
         elif what == "place" and self.is_shown:
             self._go(0)
 

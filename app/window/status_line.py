@@ -152,7 +152,7 @@ class StatusLine(QStatusBar):
         view = self._state.view
         azimuth, elevation, roll = self._state.angles
         rolled = f"roll {roll:.0f}°   " if round(roll) else ""
-        text = f"azimuth {azimuth:.0f}°   elevation {elevation:.0f}°   {rolled}"
+        text = f"azimuth {round(azimuth)}°   elevation {round(elevation)}°   {rolled}"
         text += f"distance {without_zero(f'{view.distance:.2f}')}"
         # The sum turns -0 into 0.
         pan_x, pan_y = (round(pan, 2) + 0.0 for pan in (view.pan_x, view.pan_y))

@@ -41,22 +41,18 @@ class TopBar(QWidget):
         for button in (self.compare, self.difference, self.browse):
             button.setCheckable(True)
         QShortcut(QKeySequence("F10"), self).activated.connect(self.open_menus)
-        self._comparison = [self.compare, self.difference, rule()]
         self.is_folded: bool | None = None  # whether the menus are behind one button
         row = fill(QHBoxLayout(self), margins=(8, 0, 8, 0), spacing=4)
         left: list[QWidget] = [self.menus, self.menu_bar, rule(), self.volume]
         for widget in left:
             row.addWidget(widget, 0, Qt.AlignmentFlag.AlignVCenter)
         row.addStretch(1)
-        lit, drawn = (ball, light, rule()), (exactness, rule())
-        for widget in (*lit, *drawn, *self._comparison, self.browse, rule(), self.save):
+        # The ball keeps its place when the light's name changes.
+        lit, drawn = (light, ball, rule()), (exactness, rule())
+        compared = self.compare, self.difference, rule()
+        for widget in (*lit, *drawn, *compared, self.browse, rule(), self.save):
             row.addWidget(widget)
         self._fold(False)
-
-    def show_comparison(self, is_shown: bool) -> None:
-        """Show or hide the controls that compare two images."""
-        for widget in self._comparison:
-            widget.setVisible(is_shown)
 
     def take_menus(self) -> None:
         """Put the menu bar's menus behind the one button, too."""

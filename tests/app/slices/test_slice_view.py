@@ -122,6 +122,8 @@ def test_a_drag_moves_the_cross_hair_of_all_slices_which_is_remembered(qtbot, bu
 @pytest.mark.parametrize(("number", "to"), [(0, (0, 2, 3)), (1, (0, 2, 5))])
 def test_a_double_click_makes_one_large_and_leaves_the_cross_hair(window, number, to):
     view, column = views(window)[number], window.slices.column
+    handle = column.parent().handle(1)
+    drag(handle, QPoint(0, 40), QPoint(-50, 40))
     before, small = voxel(window), column.width()
     for is_large in (True, False):
         point = at(window, view, *to)
@@ -133,6 +135,8 @@ def test_a_double_click_makes_one_large_and_leaves_the_cross_hair(window, number
         assert (column.width() > small) == is_large
         QTest.qWait(0)
         assert (view.width() == column.width() and view.height() > column.height() / 2) == is_large
+    # The user's width is kept.
+    assert column.width() == small
 
 
 def test_a_wide_column_has_slices_next_to_each_other(window):
@@ -161,6 +165,9 @@ def test_zoom_pan_and_window_of_gray_by_the_mouse(window):
     drag(view.viewport(), point, point + QPoint(20, 0), button=Qt.MouseButton.RightButton)
     wider = state(window).window
     assert wider[1] - wider[0] > high - low
+    said = window.slices.column.where.full_text.split()
+    wanted = [wider[1] - wider[0], sum(wider) / 2]
+    assert [float(number) for number in said[1::2]] == pytest.approx(wanted, rel=0.01)
     drag(view.viewport(), point, point + QPoint(0, 20), button=Qt.MouseButton.RightButton)
     assert sum(state(window).window) < sum(wider)
 
@@ -262,7 +269,7 @@ def test_a_resting_mouse_marks_the_value_and_shows_where_it_is_visible(qtbot, wi
     assert mark.isVisible()
     assert mark.value() == pytest.approx(window.editor.area.axis.place(value))
     qtbot.waitUntil(lambda: asked.band is not None and asked.band.low == pytest.approx(value))
-    assert not asked.band.effect
+    assert not asked.band.effect and state(window).band is None
     assert readout(window) == f"{value:.9g} K   voxel 1, 3, {z}\nx 1  y 3  z {z}"
     QTest.mouseMove(view.viewport(), at(window, view, 2, 1, z))
     assert asked.band is None

@@ -276,7 +276,9 @@ def test_questions_are_about_the_pane_with_the_focus(qtbot, window):
 
 def test_the_difference_is_said_and_shown_over_b(qtbot, window):
     assert window.pane_b.note == "same as A"
+    window.pane_b.canvas.progress = 0.5
     QTest.keyClick(window, Qt.Key.Key_D)
+    assert window.status.news.startswith("The difference follows")
     set_tf(qtbot, window, OTHER)
     found = window.image_error.compared
     # Fakes have a level of red for each TF.

@@ -54,6 +54,8 @@ def test_both_images_follow_view_and_tf(qtbot, make_window, builders):
         assert engine.requests[-1].inputs.transfer_function == make_tf(140.0)
     window.state.set_view(View(elevation=89.0))
     assert "elevation 89°" in window.generator.hint and window.reference.hint == ""
+    window.state.set_view(View(elevation=-0.2))
+    assert "elevation 0°" in window.status.view_text
     builders.generators[-1].error = RenderError("The generator is out of memory.")
     window.state.set_view(View(azimuth=5.0))
     settle(qtbot, window)

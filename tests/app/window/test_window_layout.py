@@ -104,8 +104,10 @@ def test_everything_has_room_at_any_size_and_nothing_moves(qtbot, make_window):
         assert_whole(qtbot, window, size)
         # What floats moves nothing.
         assert image.size() == alone
+        lit = place(window.reference_controls.ball, bar)
         window.latent_state.choose(shown=True)
         assert_whole(qtbot, window, size)
+        assert place(window.reference_controls.ball, bar) == lit
         assert browser.map.width() == browser.map.height() == browser.grid.width()
         window.latent_state.choose(shown=False)
         window.crop_card.set_shown(False)
