@@ -63,10 +63,10 @@ class Fidelity:
 
     @property
     def text(self) -> str:
-        """One short line, such as "error .004, refining"; empty for an exact image."""
+        """One short line, such as "estimated error .004, refining"; empty for an exact image."""
         if self.error is None:
             return self.state
-        error = f"error {error_text(self.error)}"
+        error = f"estimated error {error_text(self.error)}"
         return f"{error}, {self.state}" if self.state else error
 
 

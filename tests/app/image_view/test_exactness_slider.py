@@ -60,14 +60,14 @@ def test_it_is_there_for_what_is_not_exact_alone(qtbot, line):
     assert line.isHidden() and line.fidelity.text == ""
     engine.image_error = 0.0123
     act_until(qtbot, pane.client.settled, pane.client.submit, request(line, 2))
-    words = "error .012"
+    words = "estimated error .012"
     assert (
         not line.isHidden() and line.fidelity.text == line.text() == line.accessibleName() == words
     )
     assert "1 sample per pixel" in line.toolTip() and "RMSE" in line.toolTip()
     line._passes = lambda: True
     pane.statusShown.emit()
-    assert line.fidelity.text == "error .012, refining"
+    assert line.fidelity.text == "estimated error .012, refining"
     pane.client.fail("It failed.")
     assert line.isHidden()
 

@@ -119,7 +119,7 @@ def test_what_is_not_exact_is_said_in_words_where_its_error_is_not_known():
     errors.note(moving(0.5, 0.0029), WHOLE)
     assert said(errors, moves=True) == ""
     errors.note(moving(0.5, 0.02), WHOLE)
-    assert said(errors, moves=True) == "error .02"
+    assert said(errors, moves=True) == "estimated error .02"
 
 
 def test_a_path_traced_image_has_its_estimated_error():
@@ -129,10 +129,10 @@ def test_a_path_traced_image_has_its_estimated_error():
     assert said(errors) == "refining"
     errors.note(result(0.5, quality, 0.0123, samples=4), WHOLE)
     found = errors.fidelity(INPUTS, False, False, WHOLE)
-    assert found.text == "error .012, refining"
+    assert found.text == "estimated error .012, refining"
     errors.note(result(0.5, quality, 0.0062, samples=64), WHOLE)
     found = errors.fidelity(INPUTS, False, True, WHOLE)
-    assert found.text == "error .0062"
+    assert found.text == "estimated error .0062"
     assert "64 samples" in found.reasons[0] and "--samples" in found.reasons[0]
     errors.note(result(0.5, quality, 0.0029, samples=64), WHOLE)
     assert said(errors, settled=True) == ""
