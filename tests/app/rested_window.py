@@ -11,14 +11,15 @@ def rested(qtbot, make_window):
     """Open a window that the ray caster alone draws, in direct light."""
     # From the start: the kernels of no other light are compiled.
     window = make_window(model=None, size=None, lighting="direct", drawing="raycast")
-    work = window.workspace.reference
-
-    def rests():
-        return not work._pane_rest.isActive() and window.workspace.is_settled
-
     # The first window of a run loads much, on machines that may be busy.
-    qtbot.waitUntil(rests, timeout=1000 * PATIENCE_S)
+    follow_pane(qtbot, window, timeout=1000 * PATIENCE_S)
     return window
+
+
+def follow_pane(qtbot, window, **patience):
+    """Wait for images of the panes' new sizes."""
+    rest, work = window.workspace.reference._pane_rest, window.workspace
+    qtbot.waitUntil(lambda: not rest.isActive() and work.is_settled, **patience)
 
 
 def act_until(qtbot, signal, act, *values, **named):

@@ -64,6 +64,5 @@ def test_a_term_says_what_it_means_and_leads_to_the_glossary(qtbot, term):
     label.linkActivated.emit(term)
     (page,) = label.findChildren(QTextBrowser)
     assert page.textCursor().selectedText() == f"{term}."
-    # A picture that is not found would be an icon.
-    assert "\ufffc" not in page.toPlainText()
+    assert "\ufffc" not in page.toPlainText()  # an icon for a missing picture
     page.window().close()

@@ -6,7 +6,7 @@ import pyqtgraph as pg
 import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
-from rested_window import act_until, rested
+from rested_window import act_until, follow_pane, rested
 from window_fakes import FakeEngine, make_request
 
 from app.engines.pace import SCALES
@@ -28,7 +28,7 @@ def test_a_stop_is_chosen_kept_and_drawn_with_its_figures(qtbot, make_window):
     assert control.slider.value() == 1
     assert work.settings.sample_distance == 0.5
     # A pane that has just been laid out has its own images drawn.
-    qtbot.waitUntil(lambda: not work._pane_rest.isActive() and window.workspace.is_settled)
+    follow_pane(qtbot, window)
     # By key, to the last stop.
     QTest.keyClick(control.slider, Qt.Key.Key_End)
     assert work.choices.stop == window.preferences.settings.stop == "exact"

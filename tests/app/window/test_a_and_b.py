@@ -7,7 +7,7 @@ import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 from ramp import make_tf, make_volume
-from rested_window import act_until, open_volume, rested, saved_figure, settle
+from rested_window import act_until, follow_pane, open_volume, rested, saved_figure, settle
 
 from app.engines.requests import IMAGES_B
 from app.window.figure import FigureChoice, pixels_of
@@ -36,12 +36,6 @@ def compare(qtbot, window):
     QTest.keyClick(window, Qt.Key.Key_A)
     qtbot.waitUntil(lambda: window.pane_b.canvas.image is not None)
     follow_pane(qtbot, window)
-
-
-def follow_pane(qtbot, window):
-    """Wait for images of the panes' new sizes."""
-    work = window.workspace.reference
-    qtbot.waitUntil(lambda: not work._pane_rest.isActive() and window.workspace.is_settled)
 
 
 def lights(window):
