@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from PySide6.QtGui import QImage
+from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QPushButton
 from window_fakes import PATIENCE_S
 
@@ -42,6 +43,12 @@ def saved_figure(qtbot, window, choice, place):
     window.saving.draw(choice, place)
     qtbot.waitUntil(place.exists)
     return QImage(str(place))
+
+
+def press(qtbot, window, key):
+    window.activateWindow()  # keys go to the active one
+    qtbot.waitUntil(window.isActiveWindow)
+    QTest.keyClick(window, key)
 
 
 def notice_buttons(window):

@@ -9,7 +9,7 @@ from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtGui import QPainter
 from PySide6.QtTest import QTest
 from ramp import make_tf, make_volume
-from rested_window import open_volume, rested
+from rested_window import open_volume, press, rested
 
 from model.rendering.ray_places import ray_places
 from model.scene.clip_plane import ClipPlane
@@ -23,17 +23,11 @@ HUGE = np.float64(1e250)
 CONTROL, SHIFT = Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.ShiftModifier
 
 
-def press_s(qtbot, window):
-    window.activateWindow()
-    qtbot.waitUntil(window.isActiveWindow)
-    QTest.keyClick(window.reference.canvas, Qt.Key.Key_S)
-
-
 @pytest.fixture
 def window(qtbot, make_window):
     """A window with slices of 4 by 5 by 6 voxels."""
     window = rested(qtbot, make_window)
-    press_s(qtbot, window)
+    press(qtbot, window, Qt.Key.Key_S)
     qtbot.waitUntil(lambda: all(view.isVisible() for view in views(window)))
     return window
 
@@ -67,10 +61,10 @@ def pixel(view, point):
 def test_nothing_is_built_until_slices_are_shown_and_the_key_hides_them(qtbot, make_window):
     window = rested(qtbot, make_window)
     assert window.slices.column is None
-    press_s(qtbot, window)
+    press(qtbot, window, Qt.Key.Key_S)
     assert window.slices.is_shown and window.preferences.settings.slices
     assert window.slices.areas[0] in window.areas()
-    press_s(qtbot, window)
+    press(qtbot, window, Qt.Key.Key_S)
     assert not window.slices.is_shown and not window.preferences.settings.slices
 
 

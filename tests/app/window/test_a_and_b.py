@@ -7,7 +7,7 @@ import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 from ramp import make_tf, make_volume
-from rested_window import act_until, follow_pane, open_volume, rested, saved_figure, settle
+from rested_window import act_until, follow_pane, open_volume, press, rested, saved_figure, settle
 
 from app.engines.requests import IMAGES_B
 from app.window.figure import FigureChoice, pixels_of
@@ -30,10 +30,7 @@ def window(qtbot, make_window):
 
 
 def compare(qtbot, window):
-    # Keys go to the active window.
-    window.activateWindow()
-    qtbot.waitUntil(window.isActiveWindow)
-    QTest.keyClick(window, Qt.Key.Key_A)
+    press(qtbot, window, Qt.Key.Key_A)
     qtbot.waitUntil(lambda: window.pane_b.canvas.image is not None)
     follow_pane(qtbot, window)
 
