@@ -116,8 +116,7 @@ def test_a_drag_moves_the_cross_hair_of_all_slices_which_is_remembered(qtbot, bu
 @pytest.mark.parametrize(("number", "to"), [(0, (0, 2, 3)), (1, (0, 2, 5))])
 def test_a_double_click_makes_one_large_and_leaves_the_cross_hair(window, number, to):
     view, column = views(window)[number], window.slices.column
-    handle = column.parent().handle(1)
-    drag(handle, QPoint(0, 40), QPoint(-50, 40))
+    drag(column.parent().handle(1), QPoint(0, 40), QPoint(-50, 40))
     before, small = voxel(window), column.width()
     for is_large in (True, False):
         point = at(window, view, *to)

@@ -96,7 +96,7 @@ def test_everything_has_room_at_any_size_and_nothing_moves(qtbot, make_window):
         window.resize(*size)
         assert_whole(qtbot, window, size)
         assert bar.is_folded == (size[0] < 1180)
-        alone = image.size()
+        alone, lit = image.size(), place(window.reference_controls.ball, bar)
         window.crop_card.set_shown(True)
         window.up_axis_card.ask()
         for number in range(2):
@@ -104,7 +104,6 @@ def test_everything_has_room_at_any_size_and_nothing_moves(qtbot, make_window):
         assert_whole(qtbot, window, size)
         # What floats moves nothing.
         assert image.size() == alone
-        lit = place(window.reference_controls.ball, bar)
         window.latent_state.choose(shown=True)
         assert_whole(qtbot, window, size)
         assert place(window.reference_controls.ball, bar) == lit
