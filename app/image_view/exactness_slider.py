@@ -120,7 +120,7 @@ WAITING = "Measured once the image at rest is there."
 MEASURING = "Measuring {} of {} …"
 MEASURED = "Measured in this scene, with {} × {} pixels at rest."
 
-WIDEST, UNKNOWN = "999 / s, error .0000", "speed"
+WIDEST, UNKNOWN = "999 / s, error .0000", "measure speed"
 """The longest text, so that nothing moves as it changes, and the text without numbers."""
 
 NAMES = list(STOPS)  # of the stops, from left to right

@@ -94,7 +94,6 @@ def _picture_button(text: str, name: str, size: int, slot: Callable[[], object])
 
 ICON, PICTURE = 40, 200  # sides of the pictures on the buttons and next to the mouse, in pixels
 TF_REST_MS = 300  # pause after an edit of the TF until the pictures follow it
-UNUSED_MS = 15_000  # time until the question disappears, unless the mouse is over it
 
 
 class UpAxisCard(Card):
@@ -108,7 +107,6 @@ class UpAxisCard(Card):
         self._views: list[View] = []  # of the pictures, one for each axis; slow to find
         self._lay_out()
         self._rest = Pause(self, TF_REST_MS, self._ask_for_pictures)
-        self._unused = Pause(self, UNUSED_MS, self._go)
         self._state.viewChangeFinished.connect(self._follow_view)
         self._state.navigationChanged.connect(self._follow)
         self._state.tf_input.changeFinished.connect(lambda _tf: self._rest.start())
@@ -126,23 +124,13 @@ class UpAxisCard(Card):
         self._ask_for_pictures()
 
     def _follow_view(self) -> None:
-        if not self._state.is_at_home:
-            self._go()
-
-    def _go(self) -> None:
-        """Hide for a user who does something else; View > Up asks again."""
-        if not self.underMouse():
+        # Who turns the volume has seen the question; View > Up asks again.
+        if not (self._state.is_at_home or self.underMouse()):
             self.hide()
 
-    def leaveEvent(self, event: QEvent) -> None:
-        """Restart the waiting time."""
-        super().leaveEvent(event)
-        self._unused.start()
-
     def hideEvent(self, event: QHideEvent) -> None:
-        """Stop waiting, and draw no pictures."""
+        """Draw no pictures."""
         super().hideEvent(event)
-        self._unused.stop()
         self._pictures.stop_tracing()
 
     def _lay_out(self) -> None:
@@ -198,8 +186,6 @@ class UpAxisCard(Card):
     def _show_pictures(self, images: list[QImage]) -> None:
         if not self.isHidden():
             self._set_pictures(dict(zip(AXES, images, strict=True)))
-            # Not before: a question without pictures is no question yet.
-            self._unused.start()
 
     def _follow(self) -> None:
         """Store an axis that was chosen elsewhere."""
