@@ -1,6 +1,6 @@
 """Rhythm and sizes of answers while something moves.
 
-All answers together take a seventh of the time, at most a fifth; the rest is for pictures. But no
+All answers together take a tenth of the time, at most a fifth; the rest is for pictures. But no
 shown answer is more than half a second old. So answers get smaller, not rarer.
 """
 
@@ -13,7 +13,7 @@ from app.engines.pace import Pace
 from model.rendering.raster import TIME_GROWTH
 
 SHARE = 0.18  # largest share of the time for answers while something moves
-AIM = 0.13  # share for which their sizes are chosen
+AIM = 0.1  # share for which their sizes are chosen
 OLDEST_S = 0.48  # longest age of an answer: half a second, less the time to show it
 MOST_DEBT_S = 0.5  # time that answers may overdraw
 TOO_OLD_S = 1.0  # age from which an answer is due even beyond the share
