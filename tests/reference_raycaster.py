@@ -17,7 +17,6 @@ import numpy as np
 from scipy.ndimage import map_coordinates, minimum_filter
 
 from model.rendering.raster import Raster
-from model.rendering.scalars import filled
 from model.scene.crop import CropBox
 from model.scene.transfer_function import TF_SAMPLES
 from model.scene.view import VIEW_ANGLE
@@ -101,9 +100,7 @@ def cast(volume, view, size, sample_distance, crop=None, is_nearest=False, mask=
 
 def unit_field(volume):
     """Voxels (nz, ny, nx) with the scalar range mapped to 0 and 1; others may lie beyond."""
-    voxels, (lo, hi) = volume.voxels, volume.scalar_range
-    if volume.hidden is not None:
-        voxels = filled(voxels, volume.hidden, volume.data_range[0])
+    voxels, (lo, hi) = volume.shown, volume.scalar_range
     # Whole numbers of 64 bits need more digits than float64 has; the largest would overflow.
     exact = voxels.astype(np.longdouble) / 2 - np.longdouble(lo) / 2
     return np.asarray(exact / (np.longdouble(hi) / 2 - np.longdouble(lo) / 2), dtype=np.float64)

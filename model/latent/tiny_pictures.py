@@ -6,20 +6,18 @@ all TFs are drawn over them, lit from the eye.
 
 from __future__ import annotations
 
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from model.compilation import compiled
-from model.measurements import processors
 from model.rendering.brightness import LIT_BRIGHTNESS, brighten
 from model.rendering.ray_places import cut_rays
-from model.rendering.scalars import shown_voxels
 from model.scene.inputs import SceneInputs
 from model.scene.transfer_function import TF_SAMPLES, Range
 from model.scene.volume import Volume
+from model.threads import in_threads
 
 OVERVIEW_SIZE = 24  # width and height of the tiny pictures, in pixels
 
@@ -143,8 +141,7 @@ def overview_of(
             brighten(picture, float(factor))
         pictures[part] = np.rint(255 * drawn.clip(0, 1))
 
-    with ThreadPoolExecutor(processors()) as threads:
-        list(threads.map(draw, range(0, len(alphas), _PART)))
+    in_threads(draw, range(0, len(alphas), _PART))
     inside = opacity[:, np.diff(first) > 0]
     is_empty = opacity.max(axis=1) <= NOTHING
     is_solid = (inside > SOLID_OPACITY).sum(axis=1) > SOLID_SHARE * inside.shape[1]
@@ -208,7 +205,7 @@ def _samples(
     number = np.arange(len(ray)) - np.repeat(np.cumsum(count) - count, count)
     along = near[ray] + (number + 0.5) * step
     places = (eyes[ray] + along[:, None] * directions[ray])[:, ::-1]
-    voxels = shown_voxels(volume)
+    voxels = volume.shown
 
     def values(offset: NDArray[np.float64]) -> NDArray[np.float32]:
         at = (places + offset).T

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from typing import Any
 
@@ -42,8 +41,6 @@ MASKED, MISSING = np.uint8(1), np.uint8(2)
 
 NOTHING_HIDDEN = np.empty(0, dtype=np.uint8)
 
-LAYERS = 2  # how many voxels deep missing ones are filled: interpolation reads one, gradients two
-AROUND = np.ones((3, 3, 3), dtype=bool)  # a voxel and its 26 neighbours
 KERNEL_TYPES = (np.uint8, np.uint16, np.int16, np.float32)  # what kernels support directly
 
 
@@ -51,7 +48,7 @@ def renderable_scalars(
     volume: Volume, native: tuple[type[np.generic], ...]
 ) -> tuple[NDArray[Any], Range]:
     """Return scalars for a renderer, and their range."""
-    values = shown_voxels(volume)
+    values = volume.shown
     if keeps_type(volume, native):
         voxels = values if values.dtype.kind != "f" else _clamped_far_out(volume, values)
         return np.ascontiguousarray(voxels), volume.scalar_range
@@ -78,13 +75,6 @@ def keeps_type(volume: Volume, native: tuple[type[np.generic], ...]) -> bool:
         fits = well_conditioned or float(np.float32(lo)) == lo
         fits &= LEAST_RANGE <= hi - lo <= GREATEST_RANGE
     return kind in native and fits
-
-
-def shown_voxels(volume: Volume) -> NDArray[Any]:
-    """Return a volume's voxels, hidden ones with values like those around them; see `filled`."""
-    if volume.hidden is None:
-        return volume.voxels
-    return filled(volume.voxels, volume.hidden, volume.data_range[0])
 
 
 def marks_of(volume: Volume, mask: Mask | None) -> NDArray[np.uint8]:
@@ -114,49 +104,6 @@ def _limits(volume: Volume) -> Range:
         # Their numbers are not in the data's range.
         lowest, highest = -math.inf, math.inf
     return max(lo - BEYOND * (hi - lo), lowest), min(hi + BEYOND * (hi - lo), highest)
-
-
-def filled(voxels: NDArray[Any], missing: NDArray[np.bool_], elsewhere: float) -> NDArray[Any]:
-    """Return a copy with missing voxels replaced by values like those around them.
-
-    Renderers leave out every sample whose nearest voxel is missing. What lies nearer to a measured
-    one is interpolated, and its gradient taken, with voxels up to two farther away: these get the
-    mean of their neighbours, rounded for whole numbers, so that what is stored where nothing was
-    measured appears nowhere. Those farther than :data:`LAYERS` get a value that the voxels' type
-    holds.
-    """
-    # A window opens before SciPy is loaded.
-    from scipy.ndimage import binary_dilation
-
-    values = np.where(missing, voxels.dtype.type(elsewhere), voxels)
-    known = ~missing
-    for _ in range(LAYERS):
-        edge = binary_dilation(known, AROUND) & ~known
-        means = [_means(values, known, edge[z], z) for z in range(len(values))]
-        # All at once: the means are those of the layer before.
-        for plane, inside, mean in zip(values, edge, means, strict=True):
-            plane[inside] = mean
-        known |= edge
-    return values
-
-
-def _means(
-    values: NDArray[Any], known: NDArray[np.bool_], edge: NDArray[np.bool_], z: int
-) -> NDArray[Any]:
-    """Mean of the known ones of the 26 neighbours of some voxels of a plane."""
-    y, x = np.nonzero(edge)
-    total, count = np.zeros(len(y)), np.zeros(len(y), dtype=np.int64)
-    nz, ny, nx = values.shape
-    for dz, dy, dx in itertools.product((-1, 0, 1), repeat=3):
-        k, j, i = z + dz, y + dy, x + dx
-        if not 0 <= k < nz:
-            continue
-        inside = (j >= 0) & (j < ny) & (i >= 0) & (i < nx)
-        inside[inside] = known[k, j[inside], i[inside]]
-        total[inside] += values[k, j[inside], i[inside]]
-        count += inside
-    mean = total / count
-    return (np.rint(mean) if values.dtype.kind in "iu" else mean).astype(values.dtype)
 
 
 SAMPLES = 1 << 15  # voxels that are looked at, drawn at random, the same ones each time

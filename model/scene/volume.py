@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from model.errors import VolumeError
 from model.scene.distribution import Distribution, Range
+from model.scene.filling import filled
 from model.scene.value_scale import ValueScale, logarithms, value_at
 
 ChoiceKind = Literal["series", "array", "time", "channel", "component"]  # of several volumes
@@ -217,6 +218,16 @@ class Volume:
     def hidden(self) -> NDArray[np.bool_] | None:
         """Voxels that are transparent under any TF, like :attr:`missing`; None without any."""
         return None if self.draws_missing else self.missing
+
+    @property
+    def shown(self) -> NDArray[np.generic]:
+        """Voxels for renderers: hidden ones have values like those around them."""
+        return self.voxels if self.hidden is None else self._filled
+
+    @cached_property
+    def _filled(self) -> NDArray[np.generic]:
+        assert self.missing is not None
+        return filled(self.voxels, self.missing, self.data_range[0])
 
     @cached_property
     def missing_share(self) -> float:

@@ -90,7 +90,7 @@ class KernelVoxels:
         # Without this object itself: in a circle its voxels would outlive it.
         def under(mask: Mask | None) -> Shown:
             marks = marks_of(volume, mask)
-            hidden = marks.reshape(scalars.shape) > 0 if len(marks) else None
+            hidden = volume.hidden if mask is None else marks.reshape(scalars.shape) > 0
             cells = MinMaxCells(scalars, bins, executor, hidden)
 
             def lit(longest: int) -> Illumination:

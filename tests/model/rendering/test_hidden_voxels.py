@@ -14,8 +14,8 @@ from model.latent.tiny_pictures import OVERVIEW_SIZE, overview_of
 from model.rendering.path_tracing.renderer import PathTracer
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.rendering.renderer import open_renderer
-from model.rendering.scalars import filled
 from model.scene.crop import CropBox
+from model.scene.filling import filled
 from model.scene.inputs import SceneInputs
 from model.scene.mask import Mask
 from model.scene.view import View
