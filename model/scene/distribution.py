@@ -28,6 +28,7 @@ class Distribution:
     def __init__(
         self, voxels: NDArray[np.generic], missing: NDArray[np.bool_] | None = None
     ) -> None:
+        assert voxels.ndim == 3  # in a list, each voxel would be a slice
         self._voxels = voxels
         self._missing = missing
         self._histograms: dict[bytes, NDArray[np.int64]] = {}

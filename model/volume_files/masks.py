@@ -76,7 +76,7 @@ class LabelMap:
         """Return the labels that a mask shows at least in part; all if it shows none."""
         if mask is None:
             return self.values
-        found = _values(self.voxels[mask.shown])
+        found = _values(np.where(mask.shown, self.voxels, 0))
         return [float(value) for value in found if value != 0] or self.values
 
 
@@ -105,7 +105,7 @@ def _values(voxels: NDArray[np.generic]) -> NDArray[np.generic]:
     """Return the voxels' distinct values in increasing order."""
     counted = Distribution(voxels)
     is_counted = voxels.dtype.kind in "iu" and np.ptp(counted.range) < MOST_COUNTED
-    return counted.frequencies[0] if is_counted and voxels.size else np.unique(voxels)
+    return counted.frequencies[0] if is_counted else np.unique(voxels)
 
 
 def read_mask(path: Path, volume: Volume) -> Mask | None:
