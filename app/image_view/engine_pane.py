@@ -218,7 +218,7 @@ class EnginePane(QWidget):
     def _show_status(self) -> None:
         """Show the image's error and progress in the caption."""
         self.canvas.progress = self._progress()
-        if self._speed and time.monotonic() < self._said_at + CALM_S:
+        if self._speed and not self.canvas.message and time.monotonic() < self._said_at + CALM_S:
             return
         title, text, tip = self._cover
         tone: Tone = "dim"
