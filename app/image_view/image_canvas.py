@@ -191,8 +191,9 @@ class ImageCanvas(KeyedWidget):
             QPainter.RenderHint.SmoothPixmapTransform | QPainter.RenderHint.Antialiasing
         )
         rect, square = self.picture_rect, self.image_rect
-        hides = self.image is not None and not (self.message or self.image.hasAlphaChannel())
-        if self.cover is not None or not hides or not rect.contains(self.rect()):
+        is_opaque = self.image is not None and not (self.message or self.image.hasAlphaChannel())
+        hides_all = is_opaque and self.cover is None and rect.contains(self.rect())
+        if not hides_all:
             paint_background(painter, self.rect(), self.background)
         if self.image is not None:
             painter.setOpacity(0.3 if self.message else 1.0)

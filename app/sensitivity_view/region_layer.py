@@ -194,9 +194,22 @@ class RegionLayer(QObject):
             self._canvas.setCursor(QCursor(shape))
 
     def _paint(self, painter: QPainter, rect: QRect) -> None:
-        if not (self._state.choices.shown and (self._state.regions or self._lasso)):
+        if not self._state.choices.shown:
             return
         painter.setBrush(Qt.BrushStyle.NoBrush)
+        if self._state.regions:
+            self._paint_regions(painter, rect)
+        if len(self._lasso) > 1:
+            outline = self._drawn_outline()
+            if outline is not None:
+                self._paint_outline(painter, self._polygon(outline, rect), True)
+        self._paint_place(painter, rect)
+        if self._state.tool is not None and not self._lasso:
+            hint = HINTS[self._state.tool]
+            colors = theme.ON_IMAGE
+            self._paint_plate(painter, hint, HINT_PLACE, colors.change, colors.panel)
+
+    def _paint_regions(self, painter: QPainter, rect: QRect) -> None:
         names = []
         for index, region in enumerate(self._state.regions):
             active = index == self._state.active
@@ -220,15 +233,6 @@ class RegionLayer(QObject):
             if not passive:
                 ink, ground = theme.ON_IMAGE.window, theme.ON_IMAGE.change
             self._paint_plate(painter, name, corner, ink, ground)
-        if len(self._lasso) > 1:
-            outline = self._drawn_outline()
-            if outline is not None:
-                self._paint_outline(painter, self._polygon(outline, rect), True)
-        self._paint_place(painter, rect)
-        if self._state.tool is not None and not self._lasso:
-            hint = HINTS[self._state.tool]
-            colors = theme.ON_IMAGE
-            self._paint_plate(painter, hint, HINT_PLACE, colors.change, colors.panel)
 
     def _paint_outline(self, painter: QPainter, polygon: QPolygonF, active: bool) -> None:
         # A dark line beneath, so that it is seen on bright pictures, too.

@@ -182,7 +182,9 @@ class WhatIfQuestion(QObject):
         answer = self._answers[source] = Trial(found, source)
         if self.is_on:
             self.shown = answer
-        self._say(f"At {self._at}: changed by {', '.join(map(_said, self._answers.values()))}")
+        # The exact one first, whichever engine answers first.
+        answers = sorted(self._answers.values(), key=lambda each: each.source == "learned")
+        self._say(f"At {self._at}: changed by {', '.join(map(_said, answers))}")
 
     def _note_edit(self, edit: NDArray[np.float32]) -> None:
         """Describe an edit by value, opacity and width, as the numbers of a mode do."""

@@ -276,7 +276,7 @@ class FigureChoice:
 
 @dataclass(frozen=True)
 class Subject:
-    """What a figure says of a volume and its images."""
+    """Labels and scale of a figure's images."""
 
     units: str = ""  # of the volume's scalars; empty if unknown
     scale: Scale | None = None  # of the scale bar

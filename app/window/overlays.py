@@ -110,8 +110,8 @@ class Overlays(QObject):
     def _paint(self, pane: EnginePane, painter: QPainter, _square: QRect) -> None:
         state, subject = self._state, self.subject
         has_legend = self.has("legend") and pane.canvas is self._right
-        has_bar = self.has("scale_bar") and subject.scale is not None
-        if not (has_legend or has_bar or subject.line):
+        scale = subject.scale if self.has("scale_bar") else None
+        if not (has_legend or scale or subject.line):
             return
         there = pane.canvas.picture_rect & pane.canvas.rect()
         marks = Marks.over(painter, there, self.background)
@@ -122,8 +122,8 @@ class Overlays(QObject):
             if state.tf_input.compares:
                 legend = legend_of(*filter(None, map(state.tf_input.of, get_args(PaneName))))
             marks.legend(legend, subject.units)
-        if has_bar and subject.scale is not None:
-            marks.scale_bar(subject.scale.bar(state.view, state.inputs.part))
+        if scale is not None:
+            marks.scale_bar(scale.bar(state.view, state.inputs.part))
         marks.line(subject, state.view)
 
 

@@ -80,7 +80,7 @@ def gradient_light(
 
 
 class SoftLight(NamedTuple):
-    """What soft light depends on."""
+    """Inputs of soft light."""
 
     travel: NDArray[np.float64]  # direction in which the distant light travels
     opacities: Floats  # the opacity TF's 256 samples

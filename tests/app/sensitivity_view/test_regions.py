@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 from mouse_events import at, drag
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QInputDialog
 from sensitivity_events import asked, hover
@@ -170,6 +170,8 @@ def test_a_place_where_nothing_is_visible_goes_with_the_view(qtbot, window, buil
     canvas, label = window.reference.canvas, window.sensitivity.labels[1]
     QTest.mouseClick(canvas, Qt.MouseButton.LeftButton, pos=at(canvas, 0.3, 0.6))
     qtbot.waitUntil(lambda: "Nothing visible here" in label.text.text())
+    ring = canvas.grab().toImage().pixelColor(at(canvas, 0.3, 0.6) - QPoint(7, 0))
+    assert ring.lightness() > 150
     window.state.set_view(View(azimuth=10.0))
     assert window.sensitivity_state.place is None and label.isHidden()
 
