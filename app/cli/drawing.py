@@ -197,7 +197,7 @@ def _volume_drawer(asked: Render) -> Drawer:
     elif lighting != "none":
         light = LightDirection()
     if asked.light is not None and lighting == "none":
-        raise RenderError("An unlit image has no light to be moved.", lighting="direct")
+        raise RenderError("An unlit image has no light to move.", lighting="direct")
     chosen = asked.source.is_placed
     volume = asked.source.read() if scene is None or chosen else volume_of(scene, asked.source)
     if asked.fingerprint and volume.fingerprint != asked.fingerprint:

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 BACKEND_NAMES: dict[BackendName, str] = {"eager": "", "openvino": "OpenVINO"}
 
 
-SOFT_REMARK = "Soft light is the ray caster's."  # why VTK cannot draw soft light
+SOFT_REMARK = "Only the ray caster draws soft light."  # why VTK cannot draw soft light
 
 
 @dataclass(frozen=True)

@@ -81,7 +81,7 @@ class RendererEngine(Engine):
         """Measure moving images against the image at rest that was drawn last."""
         inputs, truth = self._finest.get(IMAGES, (None, None))
         if truth is None or inputs != request.inputs:
-            raise NotOfferedError("There is no image at rest to measure others against.")
+            raise NotOfferedError("Nothing can be measured until the image at rest is drawn.")
         whole = request.quality.pixels
         found: list[tuple[float, float]] = []
         for scale in sorted(SCALES):
@@ -202,7 +202,7 @@ class RendererEngine(Engine):
         from model.rendering.raycast.renderer import RaycastRenderer
 
         if not isinstance(self._drawer.renderer, RaycastRenderer):
-            raise NotOfferedError("VTK does not know its derivative; choose the ray caster.")
+            raise NotOfferedError("VTK computes no derivatives; choose the ray caster.")
         return self._drawer.renderer
 
     def _of_curves(self) -> RaycastRenderer:

@@ -238,7 +238,7 @@ class Engine(ABC):
 
     def trade(self, request: TradeRequest, watch: Watch = UNWATCHED) -> Array:
         """Measure time and error of images while something moves; not offered by generators."""
-        raise NotOfferedError("A generator's images have one size.")
+        raise NotOfferedError("A model draws images of one size only.")
 
     @abstractmethod
     def picture(self, request: PictureRequest, watch: Watch = UNWATCHED) -> NDArray[np.uint8]:
@@ -262,11 +262,11 @@ class Engine(ABC):
 
     def visibility(self, request: VisibilityRequest, watch: Watch = UNWATCHED) -> Array:
         """Compute the visibility of each scalar value; offered by the ray caster only."""
-        raise NotOfferedError("A generator does not know which scalar values are visible.")
+        raise NotOfferedError("A model cannot compute which scalar values are visible.")
 
     def value_visibility(self, request: ValueVisibilityRequest, watch: Watch = UNWATCHED) -> Array:
         """Compute how much of each pixel shows some values; offered by the ray caster only."""
-        raise NotOfferedError("A generator does not know where scalar values are visible.")
+        raise NotOfferedError("A model cannot compute where scalar values are visible.")
 
     def forget(self, channel: str) -> None:  # noqa: B027, most keep nothing
         """Free the data of a channel's images, which are hidden."""

@@ -202,7 +202,7 @@ def save_region_edits(
         path,
         "Blue: opacity TF; red: how the white region's colours change with an edit (Eq. 11, RMS "
         "over its pixels); dashed: the mode added next. Modes were added at "
-        f"{' and '.join(said)}; in brackets the region's RMS change by the model and in truth.",
+        f"{' and '.join(said)}; in brackets the region's RMS change, learned and true.",
     )
 
 
@@ -238,10 +238,10 @@ def save_value_edits(
         ends.append(f"{field.scale:.2g} of {field.whole:.2g}")
     page.save(
         path,
-        "Blue: opacity TF; red: sensitivity of the whole image; red area: the Gaussian by which "
-        "neighbouring values' fields count; dashed: the mode added next. Colours go by the fields "
-        f"of all values, opacity by the field shown: it is opaque from {' and '.join(ends)}, the "
-        "end of the colours (change of pixel value per +.01 opacity).",
+        "Blue: opacity TF; red: sensitivity of the whole image; red area: Gaussian weights of the "
+        "fields of neighbouring values; dashed: the mode added next. The colours of all values' "
+        "fields have one scale. Each field is opaque from the end of its own scale on: at "
+        f"{' and '.join(ends)} of the colours' scale (change of pixel value per +.01 opacity).",
     )
 
 

@@ -40,7 +40,7 @@ def _save_curve(path: Path, result: SensitivityResult, caption: str, region: Reg
     # The curve is cut off only if the background's values would make the others flat.
     is_cut = 0 < inside < highest / CUT_FROM
     if is_cut:
-        title += f"; reaches beyond to {shown[np.abs(shown).argmax()]:.3g}"
+        title += f"; the curve leaves the plot, up to {shown[np.abs(shown).argmax()]:.3g}"
     page = Page(title, CURVE_WIDTHS, [CURVE_HEIGHT])
     page.picture(0, 0, "Image", result.image, region)
     label, window = f"{MEASURE_NAMES[result.measure]} / +.01", result.in_window if is_cut else None

@@ -116,7 +116,7 @@ class FidelityLine(QLabel):
 
 
 WIDTH, POPOVER_WIDTH, PLOT_HEIGHT = 76, 400, 140  # of the slider, and of what it opens, in pixels
-WAITING = "Measured once the image at rest is there."
+WAITING = "Measured as soon as the image at rest is complete."
 MEASURING = "Measuring {} of {} …"
 MEASURED = "Measured in this scene, with {} × {} pixels at rest."
 
@@ -307,12 +307,12 @@ class ExactnessSlider(QWidget):
             moving = "all pixels, however long they take"
         rest = f"all pixels; path-traced light is refined to an error of {error_text(stop.error)}"
         if stop.distance is not None:
-            rest += ", and in other light samples are twice as close"
+            rest += ", and in other lights samples along rays are twice as dense"
         self.slider.setAccessibleName(f"From fast to exact: {name}")
         tip = (
             f"<qt><b>{name}</b><br>While something moves: {moving}.<br>At rest: {rest}.<br>"
-            "The figures are measured: rate and error (RMSE) of the last images while something "
-            "moved. Click them to measure all stops.</qt>"
+            "The numbers are the measured rate and error (RMSE) of the last moving images. Click "
+            "them to measure all stops.</qt>"
         )
         for widget in (self.slider, self.figures, *self._ends):
             widget.setToolTip(tip)

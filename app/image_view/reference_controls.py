@@ -100,8 +100,7 @@ class ReferenceControls(QObject):
         self._denoises = add_switch(
             menu,
             "Denoise path-traced light",
-            "Removes noise from images of few samples. Without it, light is soft while something "
-            "moves.",
+            "Removes noise from images of few samples. Without it, moving images have soft light.",
             lambda checked: work.choose(denoises=checked),
         )
         self._denoises.setEnabled(denoising.installed())

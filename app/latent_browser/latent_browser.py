@@ -174,7 +174,7 @@ class Preview(QObject):
 OPENING = "Opening the map …"
 CHOOSING = "Choosing TFs that show different things …"
 NO_TFS = "No TF passes the filters."
-NO_VOLUME = "Open a volume: what its TFs show will be here."
+NO_VOLUME = "Open a volume to see what TFs show of it."
 GAP = 8  # around map and grid, and between them, in pixels
 LEAST_SQUARE = 116  # side of map and grid in pixels: opening them does not enlarge the window
 LEAST_SIDE = 0.01  # least side of a brush that a wheel's turn leads to

@@ -116,8 +116,8 @@ MEASURES: dict[Measure, tuple[str, str]] = {
     ),
     "change": (
         "Any change",
-        "How much the region's pixels change in any direction, also where they are black (norm of "
-        "dI)",
+        "How much the region's pixels change, brighter or darker, also where they are black (norm "
+        "of dI)",
     ),
 }
 
@@ -127,7 +127,7 @@ ENGINES: dict[EngineChoice, tuple[str, str]] = {
         "The ray caster's exact derivative where it is fast enough, else the model's; at rest "
         "both, to compare them",
     ),
-    "exact": ("Exact", "The ray caster; in path-traced light, the derivative of another light"),
+    "exact": ("Exact", "The ray caster's derivative; in path-traced light, another light's"),
     "learned": ("Learned", "The model of this volume"),
 }
 
@@ -136,8 +136,8 @@ TOOLS: dict[str, Tool] = {"Draw a rectangle\tR": "rectangle", "Draw a lasso\tL":
 FOLDED_BELOW = 1100  # width of the editor below which the chips need less room, in pixels
 
 CHANGE_TIP = (
-    "The curve: where in the TF an edit changes the region. Its zero lies at half height.\n"
-    "The flags mark the edits that change most. Both come with a region."
+    "The curve: at which values an edit of the TF changes the region; zero is at half height.\n"
+    "The flags mark the edits that change most. Both are shown once there is a region."
 )
 VISIBLE_TIP = (
     "The green area: how much of each value the region shows.\n"

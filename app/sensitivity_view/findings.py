@@ -192,7 +192,7 @@ def source_text(workspace: Workspace) -> str:
     if asker.problem:
         return _warning(asker.problem)
     if choices.engine == "learned" and asker.learned_size is None:
-        return "no model of this volume: open one, or choose Exact"
+        return "there is no model of this volume: open one, or choose Exact"
     exact, parts = asker.exact_source, []
     name = gloss("Exact" if exact == "exact" else "Surrogate")
     if exact in asker.regions:
@@ -216,7 +216,7 @@ def source_text(workspace: Workspace) -> str:
         is_there = workspace.model.scene is not None
         parts.append(f"{gloss('Learned')}: {'not for this range' if is_there else 'loading …'}")
     elif choices.engine != "exact" and asker.learned_size and not asker.asked.outline.is_in_square:
-        parts.append(f"{gloss('Learned')}: outside the model's image")
+        parts.append(f"{gloss('Learned')}: the region leaves the model's image")
     return " &nbsp; ".join(parts)
 
 

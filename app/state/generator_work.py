@@ -169,9 +169,8 @@ class GeneratorWork:
             )
         elif self.scene and opened and self.scene.scale != opened.volume.scale:
             self._client.pause(
-                f"This model was trained over {SCALE_NAMES[self.scene.scale]}, but TFs here lie "
-                f"over {SCALE_NAMES[opened.volume.scale]}. ⋯ > Axis > Logarithmic scale changes "
-                "that."
+                f"This model was trained on {SCALE_NAMES[self.scene.scale]}; the TFs here are over "
+                f"{SCALE_NAMES[opened.volume.scale]}. ⋯ > Axis > Logarithmic scale changes that."
             )
         else:
             self._client.resume()

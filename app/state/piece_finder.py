@@ -17,8 +17,8 @@ from model.scene.inputs import SceneInputs
 from model.scene.view import from_middle
 from model.scene.volume import Triple, Volume
 
-SEEKING = "What is connected to this place is still sought."
-NO_PIECE = "There is no piece to be taken. Click one in an image or a slice first."
+SEEKING = "The search for what is connected to this place is still running."
+NO_PIECE = "No piece is chosen. Click one in an image or a slice first."
 
 
 class PieceFinder(QObject):
@@ -74,7 +74,7 @@ class PieceFinder(QObject):
         what = f"piece of {self.space_of(piece)}"
         said = f"Only this {what} is shown." if alone else f"A {what} is cut away."
         back = "Undo or View > Show all voxels shows everything again."
-        self._say(f"{said} {back} File > Save mask keeps this.")
+        self._say(f"{said} {back} File > Save mask writes this to a file.")
 
     def _follow(self, what: str) -> None:
         if what in ("place", "choices"):

@@ -130,7 +130,7 @@ class KeptFile(Generic[T]):
         # An earlier version may have written a value that is no longer a choice.
         if wrong and path.exists():
             names = ", ".join(f"'{name}'" for name in wrong)
-            self.problem = f"{path}: its {names} could not be read; the rest is there."
+            self.problem = f"{path}: its {names} could not be read; everything else was read."
         return values
 
 

@@ -71,18 +71,18 @@ class Session:
                 return cls._from_json(read_json(path), path)
         except ValueError as error:
             raise SessionError(
-                f"{path}: this is no session that can be opened ({error}); nothing was changed."
+                f"{path}: this session cannot be opened ({error}); nothing was changed."
             ) from error
 
     @classmethod
     def _from_json(cls, data: Any, path: Path) -> Session:
         if not isinstance(data, dict) or type(data.get("tfscope_session")) is not int:
-            raise MalformedError("it does not hold a session of tfscope")
+            raise MalformedError("the file is not a tfscope session")
         version = data["tfscope_session"]
         if version > VERSION:
-            raise MalformedError(f"it was written by a newer tfscope, in version {version}")
+            raise MalformedError(f"a newer tfscope wrote it, in format {version}")
         if version < VERSION:
-            raise MalformedError(f"it was written before tfscope 0.1, in version {version}")
+            raise MalformedError(f"a tfscope before 0.1 wrote it, in format {version}")
         volume = build(_Place, data.get("volume"))
         content, wrong = build_valid(SessionContent, data)
         model = None

@@ -35,4 +35,4 @@ class WindowStart:
 
     def __post_init__(self) -> None:
         if self.light is not None and self.lighting == "none":
-            raise TfscopeError("An unlit image has no light to be moved.", lighting="direct")
+            raise TfscopeError("An unlit image has no light to move.", lighting="direct")

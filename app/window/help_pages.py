@@ -131,11 +131,10 @@ def help_text(wanted: str = "") -> str:
 
 
 ABOUT = """<h3>tfscope</h3>
-<p>Volume rendering with transfer functions, next to a generative model of the
-renderings.</p>
-<p>After M. Berger, J. Li and J. A. Levine, <i>A Generative Model for Volume
-Rendering</i>, IEEE TVCG 2018. The ground truth is rendered by VTK or by
- tfscope's own ray caster.</p>
+<p>Renders volumes through transfer functions, and shows which scalar values make up any
+part of the picture.</p>
+<p>Its models follow M. Berger, J. Li and J. A. Levine, <i>A Generative Model for Volume
+Rendering</i>, IEEE TVCG 2018. VTK or tfscope's own ray caster renders the ground truth.</p>
 <p>BSD 3-Clause licence.</p>"""
 
 

@@ -133,9 +133,7 @@ TIP = (
 )
 TIP_B = f"Difference (RMSE) from A. {SENTENCES['RMSE']} Difference (D) shows where."
 SHOWN = 0.0005  # least difference that is not 0 in the shown digits
-UNUSUAL = (
-    "It is far above the errors of the model's test images: no such TF or view was among them."
-)
+UNUSUAL = "It is far above the model's errors in tests, which had no such TF or view."
 
 
 class ImageError(QObject):

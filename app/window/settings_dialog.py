@@ -29,7 +29,7 @@ WIDTH = 680  # of the dialog, in pixels
 
 OTHERS = (
     "light and brightness at the top right",
-    "speed and accuracy at the slider fast – exact",
+    "speed and accuracy by the slider from fast to exact",
     "transfer function presets and colour maps below the images",
     "range, axis and logarithmic scale in the menu ⋯ below the images",
 )
@@ -96,7 +96,7 @@ class SettingsDialog(QDialog):
                 ),
                 (
                     "Single-key shortcuts", _switch(settings.single_keys, self._choose_single_keys),
-                    "Letters alone act: R draws a rectangle, for example.",
+                    "Letters without Ctrl are shortcuts: R draws a rectangle, for example.",
                 ),
                 ("Recent files", forget, "Empties the menus of recent files."),
             ],
@@ -124,7 +124,7 @@ class SettingsDialog(QDialog):
             self._form.setRowVisible(group, group in shown)
         others = [each for each in self._elsewhere if all(word in each.lower() for word in words)]
         said = f"Elsewhere in the window: {', '.join(others[:MOST_OTHERS])}."
-        nothing = "" if shown else "Nothing has these words."
+        nothing = "" if shown else "No setting has these words."
         self._others.setText(said if words and others else nothing)
         self._others.setVisible(bool(self._others.text()))
 

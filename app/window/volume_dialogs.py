@@ -236,7 +236,7 @@ class PropertiesDialog(QDialog):
         self.spacing = QLineEdit(dict(self.rows)["spacing"].replace(" x ", ", "))
         self.spacing.setAccessibleName("Spacing along x, y and z, and its unit")
         self.stretch = QLineEdit(f"{volume.file.stretch:.6g}")
-        self.stretch.setAccessibleName("Stretch of z: 1 is as long as its spacing says")
+        self.stretch.setAccessibleName("Factor by which z is stretched; 1 follows its spacing")
         self.apply = clicked(QPushButton("Read again"), self._apply)
         self.apply.setEnabled(False)
         self.problem = label("", "dim", wraps=True)

@@ -139,7 +139,7 @@ class Scene:
         if (self.light is None) != (self.lighting == "none"):
             raise TfscopeError("A lit scene needs a light direction; an unlit one must have none.")
         if self.light_range is not None and self.light is None:
-            raise TfscopeError("An unlit scene has no light that could be moved.")
+            raise TfscopeError("An unlit scene has no light to move.")
         if not (math.isfinite(lo) and math.isfinite(hi) and lo < hi):
             raise TfscopeError(f"The scene's scalar range [{lo:g}, {hi:g}] is not increasing.")
         if not lo <= window_lo < window_hi <= hi:

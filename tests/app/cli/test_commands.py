@@ -250,7 +250,7 @@ BAD_INPUT = [
     ("latent --out x.npz --grid 5,5,6,6", "no sample"),
     ("latent --out x.npz --at 0,0 --near {tf}", "Give --near alone"),
     ("--size 10x10", "not a size of the window"),
-    ("--lighting none --light 0,0", "no light to be moved"),
+    ("--lighting none --light 0,0", "no light to move"),
     ("--sepia", "--sepia"),
     ("paint", "neither a command"),
     ("dataset --count 5 --window 1 --out x", "not a scalar window"),

@@ -93,7 +93,7 @@ def test_a_region_beside_the_square_is_the_ray_casters_alone(qtbot, window):
     qtbot.waitUntil(lambda: asker.is_fresh(asker.regions.get("exact")))
     assert set(asker.regions) == {"exact"}
     label = window.sensitivity.source
-    qtbot.waitUntil(lambda: "learned: outside the model's image" in label.said)
+    qtbot.waitUntil(lambda: "learned: the region leaves the model's image" in label.said)
     state.choose(engine="exact")
     qtbot.waitUntil(lambda: "exact" in label.said)
     assert "outside the model's image" not in label.said

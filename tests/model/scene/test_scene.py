@@ -86,7 +86,7 @@ def test_a_scene_survives_json(lighting):
         (lambda: replace(SCENE, scalar_window=(10.0, 5.0)), "scalar window"),
         (lambda: replace(SCENE, image_size=8), "16 to 4096"),
         (lambda: replace(SCENE, sample_distance=0.0), "0.01 to 10"),
-        (lambda: Scene.of(make_volume(), 16, movable_light=True), "no light that could be moved"),
+        (lambda: Scene.of(make_volume(), 16, movable_light=True), "no light to move"),
         *((lambda data=data: Scene.from_json(data), "malformed")
           for data in (None, [], {"volume_name": "x"}, "scene")),
         (lambda: ViewRange(up="z"), "not an axis"),

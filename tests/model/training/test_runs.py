@@ -255,7 +255,7 @@ FULL = TrainingJob(
 @pytest.mark.parametrize(("change", "message"), [
     ({"minutes": None}, "minutes or in samples"), ({"minutes": -1.0}, "not positive"),
     ({"settings": ("nonsense=1",)}, "no 'nonsense'"),
-    ({"lighting": "none"}, "no light that could be moved"),
+    ({"lighting": "none"}, "no light to move"),
     ({"start": Path("runs/a")}, "write over the model"),
     ({"faithful": True}, "networks that look colours up"),
     ({"store": Path("s.zarr")}, "lighting and movable light and window and reuse"),
