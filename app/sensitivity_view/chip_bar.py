@@ -189,14 +189,14 @@ class ChipBar(QWidget):
         self._folded_voxels = add_switch(menu, "Voxels", VOXELS_TIP, self._show_voxels)
         # The arrow stays with the word before it.
         change = fill(QHBoxLayout(), self.change, self.more)
-        parts = self.visible, self.voxels, rule(18), self.panel
-        fill(QHBoxLayout(self), 4, self.region, rule(18), change, *parts, spacing=4)
+        parts = self.visible, self.voxels, rule(18), self.panel, rule(18), self.region
+        fill(QHBoxLayout(self), 4, rule(18), change, *parts, spacing=4)
         self.refresh()
 
     @property
     def controls(self) -> list[QWidget]:
         """Widgets that Tab reaches, in its order."""
-        return [self.region, self.change, self.more, self.visible, self.voxels, self.panel]
+        return [self.change, self.more, self.visible, self.voxels, self.panel, self.region]
 
     def fill_regions(self) -> None:
         """Fill the menu with the regions and actions on them."""

@@ -202,11 +202,14 @@ class FindingsPanel(QFrame):
         actions: EditActions,
         what_if: WhatIfQuestion,
         source: QWidget,
+        plot: QWidget,
         fitted: Callable[[], object],
     ) -> None:
         super().__init__()
         self._asker, self._layer, self._actions, self._what_if = asker, layer, actions, what_if
         self._fitted = fitted  # called after it has opened or closed
+        self._plot = plot
+        plot.installEventFilter(self)
         self._has_room = self._is_folded = self._is_low = self._holds = False
         self.values = Values()
         self.setProperty("role", "side")
@@ -273,6 +276,7 @@ class FindingsPanel(QFrame):
             # Else Qt would frame the volume's name, next in the window.
             self.window().setFocus()
         if self.isHidden() == self.is_open:
+            self._keep_room(self._plot.underMouse())
             self.setVisible(self.is_open)
             self._fitted()
 
@@ -289,6 +293,18 @@ class FindingsPanel(QFrame):
         if target.indexOf(self._what_if.button) < 0:
             target.insertWidget(1 if is_low else 0, self._what_if.button)
         self.show_open()
+
+    def eventFilter(self, _plot: QObject, event: QEvent) -> bool:
+        """Give its room to the plot once the mouse has left that."""
+        if event.type() == QEvent.Type.Leave:
+            self._keep_room(False)
+        return False
+
+    def _keep_room(self, keeps: bool) -> None:
+        """Set whether the plot keeps its width while the panel is closed."""
+        policy = self.sizePolicy()
+        policy.setRetainSizeWhenHidden(keeps)
+        self.setSizePolicy(policy)
 
     def leaveEvent(self, event: QEvent) -> None:
         """List the present values, once the mouse has left the rows."""

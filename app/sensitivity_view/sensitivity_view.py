@@ -76,16 +76,16 @@ class SensitivityView(QObject):
             asker, self.responses, reference.brightness, self._show_what_if, self
         )
         self.findings = FindingsPanel(
-            asker, self.responses, self.actions, self.what_if, self.source, self._fold
+            asker, self.responses, self.actions, self.what_if, self.source, area.widget, self._fold
         )
-        editor.header.addWidget(self.chips)
+        editor.header.insertWidget(len(editor.header_controls), self.chips)
         editor.row.addWidget(self.findings)
         self._refreshes = self._listed_refreshes()
         self._connect()
         tag = self.band.tag
         order_focus(
             [
-                *(*editor.header_controls, *self.chips.controls, area.widget),
+                *(*editor.header_controls, *self.chips.controls, editor.pane_button, area.widget),
                 *(*self.responses.flags, *editor.card.controls, tag.add, tag.release),
                 *(*self.findings.controls, self.source),
             ]

@@ -154,12 +154,11 @@ class TransferFunctionEditor(QFrame):
         """Parts that the Tab key visits."""
         menu = self.menu
         self.header_controls: list[QWidget] = [
-            self.pane_button, menu.presets_button, menu.colors_button, self._add_button,
-            menu.button,
+            menu.presets_button, menu.colors_button, self._add_button, menu.button,
         ]  # fmt: skip
-        self.header = fill(
-            QHBoxLayout(header), *self.header_controls, 0, margins=(8, 0, 8, 0), spacing=4
-        )
+        # What changes its width is last, so that the other parts keep their places.
+        parts: list[QWidget | int] = [*self.header_controls, self.pane_button, 0]
+        self.header = fill(QHBoxLayout(header), *parts, margins=(8, 0, 8, 0), spacing=4)
         plots = fill(QVBoxLayout(), header)
         plots.addWidget(self.area.widget, 1)
         self.row = fill(QHBoxLayout(self))  # the panels at the right, as high as header and plots

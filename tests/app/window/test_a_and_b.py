@@ -53,6 +53,8 @@ def edited(window):
 def test_what_is_edited_is_the_pane_that_was_clicked(qtbot, window, builders):
     a, first = window.reference.canvas, window.state.transfer_function
     assert edited(window) == ("B", "TF of B", "B")
+    controls = *window.editor.header_controls, *window.sensitivity.chips.controls
+    places = [each.mapTo(window, QPoint()) for each in controls]
     assert [pane.caption.title for pane in window.panes.images] == ["A", "B"]
     drawn = builders.references[-1].requests
     count = len(drawn)
@@ -81,6 +83,7 @@ def test_what_is_edited_is_the_pane_that_was_clicked(qtbot, window, builders):
     assert window.panes.images == [window.reference]
     assert window.reference.caption.title == "Direct light"
     assert window.editor.pane_button.isHidden() and not window.reference.canvas.is_edited
+    assert [each.mapTo(window, QPoint()) for each in controls] == places
     compare(qtbot, window)
     assert window.state.transfer_function == OTHER
 
