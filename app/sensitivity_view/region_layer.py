@@ -53,7 +53,7 @@ class RegionLayer(QObject):
         self._moved = False
         self._grip: str | int | None = None
         self._start = Outline()
-        self._lasso: list[QPointF] = []
+        self._lasso: list[QPointF] = []  # what is being drawn; a tool may be chosen in a drag
         self._tool: Tool | None = None
         self._place_before: tuple[float, float] | None = None
         canvas.setMouseTracking(True)
@@ -85,7 +85,7 @@ class RegionLayer(QObject):
             self._state.set_tool(None)
             self._state.finish_region()
         if self._state.tool != self._tool:
-            self._tool = self._state.tool
+            self._tool, self._lasso = self._state.tool, []
             self._show_cursor(self._tool)
         self._canvas.update()
 
@@ -106,7 +106,7 @@ class RegionLayer(QObject):
             return False
         if (position - self._pressed).manhattanLength() > CLICK_REACH:
             self._moved = True
-        if self._state.tool is not None:
+        if self._lasso:
             self._draw(position)
             return True
         if self._grip is None:
@@ -120,8 +120,8 @@ class RegionLayer(QObject):
         return True
 
     def _release(self, position: QPointF) -> bool:
-        handled = self._state.tool is not None or self._grip is not None
-        if self._state.tool is not None:
+        handled = bool(self._lasso) or self._grip is not None
+        if self._lasso:
             self._finish_drawing(position)
         elif self._grip is not None:
             self._state.finish_region()
