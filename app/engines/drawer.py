@@ -174,8 +174,8 @@ class Drawer:
         return self.distance * (1.0 if self.by_raycast else LIVE_COARSENESS)
 
 
-class VtkElsewhere:
-    """VTK in a thread of its own, which opens, uses and closes it."""
+class VtkThread:
+    """A thread that opens, uses and closes VTK."""
 
     def __init__(self, open_vtk: Callable[[], FallbackRenderer]) -> None:
         self._thread = ThreadPoolExecutor(1, thread_name_prefix="vtk")

@@ -1,4 +1,4 @@
-"""The trade of speed for accuracy: the stops of its slider, and the error of coarser images."""
+"""Speed against accuracy: the stops of the slider, and the error of coarser images."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Rgba = NDArray[np.float32]
 
 @dataclass(frozen=True)
 class Exactness:
-    """One stop of the trade of speed for accuracy."""
+    """A stop of the slider from fast to exact."""
 
     live_seconds: float  # of an image while something moves; infinite for all of its pixels
     error: float  # estimated, of a path-traced image at rest that gets no more samples

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from app.engines.drawer import Drawer, VtkElsewhere
+from app.engines.drawer import Drawer, VtkThread
 from app.engines.exactness import distance
 from app.engines.pace import SCALES, SOON_SECONDS, Sizes
 from app.engines.requests import (
@@ -25,7 +25,7 @@ from app.engines.requests import (
     PictureRequest,
     RegionSensitivityRequest,
     Request,
-    TradeRequest,
+    TradeOffRequest,
     ValueSensitivityRequest,
     ValueVisibilityRequest,
     VisibilityRequest,
@@ -77,7 +77,7 @@ class RendererEngine(Engine):
                 self._finest[channel] = inputs, image
             yield image
 
-    def trade(self, request: TradeRequest, watch: Watch = UNWATCHED) -> Array:
+    def trade_off(self, request: TradeOffRequest, watch: Watch = UNWATCHED) -> Array:
         """Measure moving images against the image at rest that was drawn last."""
         inputs, truth = self._finest.get(IMAGES, (None, None))
         if truth is None or inputs != request.inputs:
@@ -221,7 +221,7 @@ class ReferenceEngine(RendererEngine):
     def __init__(self, drawer: Drawer, open_vtk: Callable[[], FallbackRenderer]) -> None:
         super().__init__(drawer)
         self._open_vtk = open_vtk
-        self._vtk: VtkElsewhere | None = None
+        self._vtk: VtkThread | None = None
         self._final: Drawer | None = None
 
     def _moving(self, request: Request, raster: Raster, watch: Watch = UNWATCHED) -> Image:
@@ -244,7 +244,7 @@ class ReferenceEngine(RendererEngine):
 
     def _own(self, watch: Watch) -> Drawer:
         if self._final is None:
-            self._vtk = self._vtk or VtkElsewhere(self._open_vtk)
+            self._vtk = self._vtk or VtkThread(self._open_vtk)
             vtk, drawer = self._vtk.opened(watch), self._drawer
             if vtk.by_raycast:
                 self._drawer = replace(drawer, renderer=vtk, remark=vtk.remark)

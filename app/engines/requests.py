@@ -143,14 +143,14 @@ class ImageRequest(Request):
 
 
 @dataclass(frozen=True)
-class TradeRequest(Request):
+class TradeOffRequest(Request):
     """Request for seconds and error of images while something moves: float32 (n, 2).
 
     The n images have the :data:`app.engines.pace.SCALES` of the whole width, the smallest first.
     Their error is the distance from the last image at rest.
     """
 
-    asks = "trade"
+    asks = "trade_off"
 
 
 @dataclass(frozen=True)
@@ -236,7 +236,7 @@ class Engine(ABC):
     def images_of(self, request: ImageRequest, watch: Watch = UNWATCHED) -> Iterator[Image]:
         """Draw ever better images, up to the final one; stop when they are no longer wanted."""
 
-    def trade(self, request: TradeRequest, watch: Watch = UNWATCHED) -> Array:
+    def trade_off(self, request: TradeOffRequest, watch: Watch = UNWATCHED) -> Array:
         """Measure time and error of images while something moves; not offered by generators."""
         raise NotOfferedError("A model draws images of one size only.")
 

@@ -19,9 +19,9 @@ from app.engines.requests import Request
 from app.image_view.image_canvas import LEAST_PROGRESS, ImageCanvas, to_qimage
 from app.number_box import short
 from app.picture import BLACK, Background
-from app.state.at_work import PATIENCE_MS
 from app.state.edited_tf import PaneName
 from app.state.edits import Brightness, Lit
+from app.state.slow_answers import PATIENCE_MS
 from model.scene.inputs import SceneInputs
 
 WITHOUT_IMAGE = (EngineState.WAITING, EngineState.LOADING, EngineState.PAUSED)

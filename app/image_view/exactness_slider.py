@@ -29,14 +29,14 @@ from app.state.image_errors import (
     LEAST_SAID,
     Fidelity,
     ImageErrors,
-    Traded,
+    TradeOffPoint,
     error_text,
     figures_text,
     pace_text,
     rate_text,
 )
 from app.state.reference_choices import ReferenceChoices
-from app.state.reference_work import ReferenceWork
+from app.state.reference_image import ReferenceImage
 from app.state.viewer_state import ViewerState
 from model.rendering.raster import Raster
 
@@ -124,12 +124,12 @@ WIDEST, UNKNOWN = "999 / s, error .0000", "measure speed"
 """The longest text, so that nothing moves as it changes, and the text without numbers."""
 
 NAMES = list(STOPS)  # of the stops, from left to right
-Stops = dict[Traded, list[Stop]]  # by the image that they lead to
+Stops = dict[TradeOffPoint, list[Stop]]  # by the image that they lead to
 MARGIN = 10  # around the figures, in pixels
 LEAST_WIDTH = 34  # of a button in the bar, in pixels
 
 
-class TradePlot(pg.PlotWidget):  # type: ignore[misc]
+class TradeOffPlot(pg.PlotWidget):  # type: ignore[misc]
     """Error over time of images of all sizes while something moves; stops have their names."""
 
     def __init__(self) -> None:
@@ -141,7 +141,7 @@ class TradePlot(pg.PlotWidget):  # type: ignore[misc]
             self.setLabel(side, what)
             self.getAxis(side).enableAutoSIPrefix(False)
 
-    def show_trade(self, found: Sequence[Traded], stops: Stops, chosen: Stop) -> None:
+    def show_trade_off(self, found: Sequence[TradeOffPoint], stops: Stops, chosen: Stop) -> None:
         """Show what is measured, the chosen stop in the accent's colour."""
         self.clear()
         places = {image: (math.log10(image.seconds), image.error) for image in found}
@@ -165,21 +165,21 @@ class TradePlot(pg.PlotWidget):  # type: ignore[misc]
             self.addItem(text)
 
 
-class TradePopover(QFrame):
+class TradeOffPopover(QFrame):
     """Shows rate and error of moving images at each stop, measured while it is open."""
 
-    def __init__(self, work: ReferenceWork, parent: QWidget) -> None:
+    def __init__(self, work: ReferenceImage, parent: QWidget) -> None:
         super().__init__(parent, Qt.WindowType.Popup)
-        self._trade, self._work = work.trade, work
+        self._trade_off, self._work = work.trade_off, work
         self.setProperty("role", "mode card")
         self.setFixedWidth(POPOVER_WIDTH)
         self.setAccessibleName("Speed against accuracy")
         self.status = label("", "dim")
-        self.plot = TradePlot()
+        self.plot = TradeOffPlot()
         self.rows: dict[Stop, tuple[QLabel, QLabel, QLabel]] = {}
         """Labels of rate, error, and limits of the image at rest."""
         self._lay_out()
-        work.trade.changed.connect(self.refresh)
+        work.trade_off.changed.connect(self.refresh)
 
     def open_below(self, button: QWidget) -> None:
         """Open below a button, as far to the right as it."""
@@ -192,16 +192,16 @@ class TradePopover(QFrame):
     def showEvent(self, event: QShowEvent) -> None:
         """Start measuring."""
         super().showEvent(event)
-        self._trade.watch(True)
+        self._trade_off.watch(True)
 
     def hideEvent(self, event: QHideEvent) -> None:
         """Stop measuring."""
         super().hideEvent(event)
-        self._trade.watch(False)
+        self._trade_off.watch(False)
 
     def refresh(self) -> None:
         """Show what is measured by now."""
-        stops = self._trade.stops
+        stops = self._trade_off.stops
         measured = {name: image for image, names in stops.items() for name in names}
         for name, (rate, error, rest) in self.rows.items():
             image = measured.get(name)
@@ -209,12 +209,12 @@ class TradePopover(QFrame):
             exact = image is not None and image.error < LEAST_SAID
             error.setText("exact" if exact else "" if image is None else error_text(image.error))
             rest.setText(self._rest_text(name))
-        self.plot.show_trade(self._trade.found, stops, self._work.choices.stop)
+        self.plot.show_trade_off(self._trade_off.found, stops, self._work.choices.stop)
         if stops:
             pixels = self._work.raster
             self.status.setText(MEASURED.format(pixels.width, pixels.height) + _alike_text(stops))
-        elif self._trade.begun:
-            self.status.setText(MEASURING.format(self._trade.begun, len(SCALES)))
+        elif self._trade_off.begun:
+            self.status.setText(MEASURING.format(self._trade_off.begun, len(SCALES)))
         else:
             self.status.setText(WAITING)
 
@@ -256,7 +256,7 @@ class ExactnessSlider(QWidget):
 
     moving = Painted("", "_show_figures")  # measured rate and error of moving images
 
-    def __init__(self, work: ReferenceWork) -> None:
+    def __init__(self, work: ReferenceImage) -> None:
         super().__init__()
         self._work = work
         self._ends = [label("fast", "dim"), label("exact", "dim")]
@@ -280,9 +280,9 @@ class ExactnessSlider(QWidget):
         self.set_folded(False)
 
     @cached_property
-    def popover(self) -> TradePopover:
+    def popover(self) -> TradeOffPopover:
         """Shows rate and error of all stops; built when it is first opened."""
-        return TradePopover(self._work, self)
+        return TradeOffPopover(self._work, self)
 
     def set_folded(self, folded: bool) -> None:
         """Hide words and numbers, or show them again."""

@@ -12,7 +12,7 @@ from app.caption_button import CaptionButton
 from app.controls import WheelGuard, add_choices, add_switch, fill, text_button
 from app.image_view.gestures import light_at
 from app.state.edits import BRIGHTEST, DARKEST, STEPS_PER_OCTAVE, Brightness, brightness_at
-from app.state.reference_work import ReferenceWork
+from app.state.reference_image import ReferenceImage
 from app.state.viewer_state import ViewerState
 from model.rendering.brightness import LIT_BRIGHTNESS
 from model.rendering.path_tracing import denoising
@@ -86,7 +86,7 @@ class BrightnessSlider(QWidget):
 class ReferenceControls(QObject):
     """Shows and changes how the reference image is drawn."""
 
-    def __init__(self, state: ViewerState, work: ReferenceWork, parent: QObject) -> None:
+    def __init__(self, state: ViewerState, work: ReferenceImage, parent: QObject) -> None:
         super().__init__(parent)
         self._work = work
         self.ball = LightBall(state)

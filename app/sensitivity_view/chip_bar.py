@@ -180,8 +180,8 @@ class ChipBar(QWidget):
         self._measures = add_choices(menu, MEASURES, lambda measure: asked.choose(measure=measure))
         add_title(menu, "Computed by")
         self._engines = add_choices(menu, ENGINES, lambda engine: asked.choose(engine=engine))
-        self.said = menu.addAction("")
-        self.said.setEnabled(False)
+        self.source = menu.addAction("")
+        self.source.setEnabled(False)
         add_action(menu, "As table…", show_table).setToolTip("The numbers of the curve")
         menu.addSeparator()
         tip = "Keep the scale of colours and curve, to compare"
@@ -257,7 +257,7 @@ class ChipBar(QWidget):
 
     def say_source(self, said: str) -> None:
         """Name the source of the curve, in the menu and in the tooltip."""
-        self.said.setText(said or "No answer yet")
+        self.source.setText(said or "No answer yet")
         self.change.setToolTip(f"{CHANGE_TIP}\n{said}" if said else CHANGE_TIP)
 
     def fold(self, width: int, has_panel: bool) -> None:

@@ -19,7 +19,7 @@ from app.image_view.engine_pane import EnginePane
 from app.image_view.image_canvas import ImageCanvas, to_qimage
 from app.number_box import short
 from app.sensitivity_view.findings import change_text
-from app.sensitivity_view.what_if import Trial
+from app.sensitivity_view.what_if import RenderedEdit
 from app.state.sensitivity_asker import Answer, SensitivityAsker
 from app.state.sensitivity_state import SensitivityState
 from model.rendering.raster import middle_square
@@ -57,12 +57,6 @@ class ColorBar(QToolButton):
         if event.type() == QEvent.Type.Resize:
             self.place()
         return False
-
-    @property
-    def said(self) -> str:
-        """Texts of the bar, from its left end on; empty while it is hidden."""
-        low, high, meaning = self._texts
-        return "" if self.isHidden() else f"{low} to {high} {meaning}"
 
     def show_scale(self, measure: display.Shown, texts: tuple[str, str, str], tip: str) -> None:
         """Show a scale."""
@@ -174,7 +168,7 @@ class FieldCover(QObject):
         self._images: list[tuple[float, SceneInputs, NDArray[np.float32]]] = []
         self.scale = display.FLOOR  # value at the end of the colour bar
         self._caption = ""
-        self._what_if: Trial | None = None
+        self._what_if: RenderedEdit | None = None
         self._shown_as: display.Shown | None = None
         self.bar = ColorBar(pane.canvas, asker.asked)
         pane.imageShown.connect(self._take_image)
@@ -209,7 +203,7 @@ class FieldCover(QObject):
         elif not answer.is_of(self._state.inputs):
             self._uncover()
 
-    def show_what_if(self, answer: Trial | None, edit: str = "") -> None:
+    def show_what_if(self, answer: RenderedEdit | None, edit: str = "") -> None:
         """Show the difference that an edit makes, and name the edit; or show the field again."""
         was_shown, self._what_if = self._what_if is not None, answer
         if answer is None:

@@ -181,7 +181,7 @@ class SourceLabel(QLabel):
         self.refresh()
 
     @property
-    def said(self) -> str:
+    def plain_text(self) -> str:
         """The line as plain text."""
         return without_links(self.text())
 

@@ -78,7 +78,7 @@ class RegionLayer(QObject):
         return False
 
     def refresh(self) -> None:
-        """Show the present regions and the cursor of the tool; guidance off ends a drag."""
+        """Show the regions and the tool's cursor; end a drag if sensitivities are hidden."""
         is_drag = self._grip is not None or self._state.tool is not None
         if not self._state.choices.shown and self._pressed is not None and is_drag:
             self._pressed, self._grip, self._lasso = None, None, []

@@ -19,7 +19,7 @@ from app.sensitivity_view.field_cover import FieldCover
 from app.sensitivity_view.findings_panel import FindingsPanel, SourceLabel
 from app.sensitivity_view.region_layer import PlaceLabel, RegionLayer
 from app.sensitivity_view.response_layer import ResponseLayer, VisibleLayer
-from app.sensitivity_view.what_if import EditActions, Trial, WhatIfQuestion
+from app.sensitivity_view.what_if import EditActions, RenderedEdit, WhatIfQuestion
 from app.state.sensitivity_asker import Answer, SensitivityAsker
 from app.state.workspace import Workspace
 from app.tf_editor.editor import TransferFunctionEditor
@@ -49,7 +49,7 @@ class SensitivityView(QObject):
         self._asker = asker = workspace.sensitivity
         self._state, self._asked = asker.state, asker.asked
         self._panes = generator, reference, pane_b = panes
-        self._what_if_shown: Trial | None = None
+        self._what_if_shown: RenderedEdit | None = None
         canvases = [pane.canvas for pane in self._panes]
         finder = workspace.pieces
         self.labels = [PlaceLabel(canvas, asker, finder) for canvas in canvases]
@@ -157,7 +157,7 @@ class SensitivityView(QObject):
     def _refresh_soon(self, what: str) -> None:
         """Refresh now; a few times a second while something moves."""
         for refresh in self._refreshes[what]:
-            self._state.calm.ask(refresh, refresh)
+            self._state.refreshes.ask(refresh, refresh)
 
     def _follow_inputs(self) -> None:
         # The edit's effect on another image is another question.
@@ -176,7 +176,7 @@ class SensitivityView(QObject):
 
     def _show_source(self) -> None:
         self.source.refresh()
-        self.chips.say_source(self.source.said)
+        self.chips.say_source(self.source.plain_text)
 
     def show_table(self) -> QDialog:
         """List the curve's numbers, for screen readers and to copy them."""

@@ -44,8 +44,8 @@ TIP = (
 
 
 @dataclass(frozen=True, eq=False)
-class Trial:
-    """An edit, rendered by one engine."""
+class RenderedEdit:
+    """An edit that one engine has rendered."""
 
     what_if: WhatIf
     source: Source
@@ -94,8 +94,8 @@ class WhatIfQuestion(QObject):
         self._channels = Channels(asker.clients, "what if", self._take, self)
         self._edited: tuple[Outline, NDArray[np.float32]] | None = None
         """Region and edit that were asked about last."""
-        self._answers: dict[str, Trial] = {}
-        self.shown: Trial | None = None
+        self._answers: dict[str, RenderedEdit] = {}
+        self.shown: RenderedEdit | None = None
         self.edit_text = self._at = ""  # of the edit that was asked about last, in words
         self.result = ""  # what the edit changes, in a sentence
         self.button = HeldButton("What if  W", lambda on: self.start() if on else self.end())
@@ -179,7 +179,7 @@ class WhatIfQuestion(QObject):
         colors = np.clip(result.value[..., :3], 0, 1)
         brighten(colors, self._brightness.of(lit))
         found = compare(colors[0], colors[1], outline.mask(colors.shape[1:3]), predicted)
-        answer = self._answers[source] = Trial(found, source)
+        answer = self._answers[source] = RenderedEdit(found, source)
         if self.is_on:
             self.shown = answer
         # The exact one first, whichever engine answers first.
@@ -214,7 +214,7 @@ class WhatIfQuestion(QObject):
         self._changed()
 
 
-def _said(answer: Trial) -> str:
+def _said(answer: RenderedEdit) -> str:
     predicted = answer.what_if.predicted
     said = "" if predicted is None else f"; predicted {change_text(predicted)}"
     return f"{change_text(answer.what_if.rmse)} ({answer.source}{said})"

@@ -385,7 +385,7 @@ class SlicesColumn(QWidget):
         self._rows.addLayout(fill(lower, *self.views[1:], spacing=1), 2)
         fill(QVBoxLayout(self), fill(self._rows, spacing=1), foot, spacing=1)
         state.changed.connect(self.refresh)
-        state.viewer.inputsChanged.connect(state.viewer.calm.soon(self.refresh))
+        state.viewer.inputsChanged.connect(state.viewer.refreshes.soon(self.refresh))
         state.viewer.navigationChanged.connect(self.refresh)
         state.hovered.connect(self._say)
         state.windowed.connect(self._say_window)

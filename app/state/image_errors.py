@@ -9,7 +9,7 @@ from app.engines.client import Channel, EngineClient, EngineState
 from app.engines.exactness import GOOD_ENOUGH, STOPS, Exactness, Stop, distance
 from app.engines.messages import Result
 from app.engines.pace import SCALES
-from app.engines.requests import Image, ImageRequest, Request, TradeRequest
+from app.engines.requests import Image, ImageRequest, Request, TradeOffRequest
 from app.state.viewer_state import ViewerState
 from model.rendering.raster import Raster
 from model.scene.inputs import SceneInputs
@@ -149,23 +149,23 @@ def _at_rest(request: Request, image: Image, whole: Raster) -> Fidelity:
 
 
 @dataclass(frozen=True)
-class Traded:
-    """An image of part of the width at rest: its time, and its RMSE against the one at rest."""
+class TradeOffPoint:
+    """A moving image: its width as a share of that at rest, its time and its RMSE."""
 
     scale: float
     seconds: float
     error: float
 
 
-class TradeWork(QObject):
-    """Measures moving images of the present scene, at each number of pixels."""
+class TradeOff(QObject):
+    """Measures time and error of moving images of the present scene, for each width."""
 
     changed = Signal()
 
     def __init__(self, state: ViewerState, reference: EngineClient, parent: QObject) -> None:
         super().__init__(parent)
         # The fewest pixels first; empty until all are measured.
-        self.found: tuple[Traded, ...] = ()
+        self.found: tuple[TradeOffPoint, ...] = ()
         # Number of the image that is being measured; 0 while none is.
         self.begun = 0
         self._state, self._reference = state, reference
@@ -185,9 +185,9 @@ class TradeWork(QObject):
             self._end()
 
     @property
-    def stops(self) -> dict[Traded, list[Stop]]:
+    def stops(self) -> dict[TradeOffPoint, list[Stop]]:
         """Stops by their image: the finest in their time, or the fastest."""
-        stops: dict[Traded, list[Stop]] = {}
+        stops: dict[TradeOffPoint, list[Stop]] = {}
         for name, stop in STOPS.items():
             fast = [each for each in self.found if each.seconds <= stop.live_seconds]
             for image in fast[-1:] or self.found[:1]:
@@ -213,7 +213,7 @@ class TradeWork(QObject):
         is_wanted = self._is_watched and not (self.found or self._channel.is_pending)
         is_at_rest = self._reference.state is EngineState.SETTLED
         if is_wanted and is_at_rest and isinstance(newest, ImageRequest):
-            self._channel.ask(TradeRequest(newest.inputs, newest.quality))
+            self._channel.ask(TradeOffRequest(newest.inputs, newest.quality))
             self._note(0.0)
 
     def _note(self, part: float) -> None:
@@ -223,5 +223,5 @@ class TradeWork(QObject):
     def _take(self, result: Result) -> None:
         if result.value is not None:
             rows = zip(sorted(SCALES), result.value.tolist(), strict=True)
-            self.found = tuple(Traded(scale, *measured) for scale, measured in rows)
+            self.found = tuple(TradeOffPoint(scale, *measured) for scale, measured in rows)
         self._note(-1.0)

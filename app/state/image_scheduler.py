@@ -66,12 +66,12 @@ class ImageScheduler(QObject):
         for channel in self._channels:
             self._ask(channel)
 
-    def show_trade(self) -> None:
-        """Draw the present state as while something moves, and then at rest."""
+    def show_trade_off(self) -> None:
+        """Draw the present state once with the pixels of a moving image, and then at rest."""
         self._ask(self._reference.images, live=1)
 
     def end(self) -> None:
-        """Hold nothing back any more, and wait for nothing."""
+        """Release held requests, and stop waiting."""
         self._still.stop()
         self._let_go()
 
@@ -122,7 +122,7 @@ class ImageScheduler(QObject):
         if self._state.live:
             self._ask_moving()
         else:
-            # What has been traded was shown, or it came late.
+            # An image of :meth:`show_trade_off`, or one that came late.
             self.send()
 
     def _ask(self, channel: Channel, live: int = 0) -> None:

@@ -20,8 +20,8 @@ from app.engines.client import Channels, EngineClient, EngineName, EngineState
 from app.engines.messages import Result
 from app.engines.pace import Pace
 from app.engines.requests import BatchRequest, Quality
-from app.state.at_work import AtWork
 from app.state.latent_session import LatentSession, LatentState, OpenSpace, Place
+from app.state.slow_answers import SlowAnswers
 from app.state.viewer_state import ViewerState
 from model.latent.latent_map import CELLS
 from model.scene.inputs import SceneInputs
@@ -91,7 +91,7 @@ class LatentPictures(QObject):
         self._pace = Pace()
         self._grids = Channels(clients, "grid", self._take_grid, self)
         self._hovers = Channels(clients, "hover", self._take_hover, self)
-        self.grid_at_work = AtWork(self._grids.values(), self)
+        self.slow_grid = SlowAnswers(self._grids.values(), self)
         self._asked_grids: dict[int, GridPicture] = {}  # without their pictures, by request
         self._asked_hovers: dict[int, int] = {}  # numbers of blended samples, by request
         self._grid_key: object = None

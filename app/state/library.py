@@ -6,7 +6,7 @@ from operator import itemgetter
 from pathlib import Path
 
 from app.engines.messages import error_sentence
-from app.state.generator_work import LIGHTS
+from app.state.open_model import LIGHTS
 from app.state.preferences import Preferences
 from model.errors import CheckpointError, TfscopeError
 from model.generator.catalog import shipped_models

@@ -114,7 +114,7 @@ class SensitivityState(QObject):
         return "whole_curve" if self.active is None else "curve"
 
     def show_layer(self, layer: Layer, on: bool) -> None:
-        """Show the curve or the area in the plot, or not; with guidance off, that one alone."""
+        """Show or hide the curve or the area in the plot; alone if sensitivities were hidden."""
         names = {"curve": self._curve_choice, "visible": "visible"}
         layers = {name: False for name in names.values() if not self.choices.shown}
         layers[names[layer]] = on

@@ -30,8 +30,8 @@ STEP_MS = 33  # between two steps of a drag: a mouse sends more than can be draw
 INTERVAL_S = 0.15  # between two refreshes while something moves: plots take long to paint
 
 
-class Calm(QObject):
-    """Collects refreshes, so that shared parts are painted once."""
+class DelayedRefreshes(QObject):
+    """Collects refreshes while something moves, so that shared parts are painted rarely."""
 
     def __init__(self, moves: Callable[[], bool], parent: QObject) -> None:
         super().__init__(parent)
@@ -54,7 +54,7 @@ class Calm(QObject):
             self._timer.start(max(round(1000 * (INTERVAL_S - passed)), 0))
 
     def catch_up(self) -> None:
-        """Do all waiting refreshes, because nothing moves any more."""
+        """Do all waiting refreshes."""
         waiting, self._waiting = self._waiting, {}
         self._timer.stop()
         self._refreshed = time.monotonic()
@@ -105,8 +105,8 @@ class ViewerState(ViewNavigation):
         for each in (self.tf_input, *self.edited.values()):
             each.changed.connect(self.inputsChanged)
             each.changeFinished.connect(self.inputsChangeFinished)
-        self.calm = Calm(lambda: self.live, self)
-        self.inputsChangeFinished.connect(self.calm.catch_up)
+        self.refreshes = DelayedRefreshes(lambda: self.live, self)
+        self.inputsChangeFinished.connect(self.refreshes.catch_up)
 
     @property
     def transfer_function(self) -> TransferFunction:

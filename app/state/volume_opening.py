@@ -14,8 +14,8 @@ from PySide6.QtCore import QObject, Signal
 
 from app.engines.background import LatestCall
 from app.engines.messages import error_sentence
-from app.state.generator_work import GeneratorWork
 from app.state.library import Library
+from app.state.open_model import OpenModel
 from app.state.opened_volume import OpenedVolume
 from app.state.preferences import Preferences
 from app.state.settings import VolumeMemory
@@ -79,7 +79,7 @@ class VolumeOpening(QObject):
         self,
         read_volume: Callable[..., Volume],
         viewer: Viewer,
-        model: GeneratorWork,
+        model: OpenModel,
         library: Library,
         preferences: Preferences,
         parent: QObject,

@@ -12,16 +12,16 @@ from app.engines.engines import Builders
 from app.engines.exactness import STOPS
 from app.engines.messages import EngineReady
 from app.state.edited_tf import PaneName
-from app.state.generator_work import NO_VOLUME, GeneratorWork
 from app.state.image_scheduler import ImageScheduler
 from app.state.latent_pictures import LatentPictures
 from app.state.latent_session import LatentState
 from app.state.library import Library
+from app.state.open_model import NO_VOLUME, OpenModel
 from app.state.opened_volume import OpenedVolume
 from app.state.piece_finder import PieceFinder
 from app.state.preferences import Preferences
 from app.state.reference_choices import ReferenceChoices
-from app.state.reference_work import ReferenceWork
+from app.state.reference_image import ReferenceImage
 from app.state.sensitivity_asker import SensitivityAsker, Source
 from app.state.sensitivity_state import SensitivityState
 from app.state.settings import VolumeMemory
@@ -74,7 +74,7 @@ class Workspace(QObject):
         self._clients = clients
         self._images = clients.generator, clients.reference
         self.library = Library(preferences)
-        self.model = GeneratorWork(clients.generator, builders)
+        self.model = OpenModel(clients.generator, builders)
         self._scheduler = ImageScheduler(state, clients, self)
         both: dict[EngineName, EngineClient] = {
             "exact": clients.analyst,
@@ -83,7 +83,9 @@ class Workspace(QObject):
         self.sensitivity = SensitivityAsker(state, asked, both, self)
         self.sensitivity.is_starting = lambda: not self.reference.has_drawn
         self.latent = LatentPictures(state, viewing.latent, both, builders.latent_space, self)
-        self.reference = ReferenceWork(state, clients, builders, self._scheduler, preferences, self)
+        self.reference = ReferenceImage(
+            state, clients, builders, self._scheduler, preferences, self
+        )
         self.opening = VolumeOpening(
             builders.read_volume, self, self.model, self.library, preferences, self
         )

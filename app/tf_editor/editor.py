@@ -103,7 +103,7 @@ class TransferFunctionEditor(QFrame):
         # First, so that nothing finds a selected handle that no longer exists.
         self.selection.fit(tf)
         self._follow_tf(tf)
-        self._state.calm.ask(self._draw, self._draw)
+        self._state.refreshes.ask(self._draw, self._draw)
 
     def _finish_tf(self, tf: TransferFunction) -> None:
         for handle in (*self.opacity.handles, *self.color.stops, *self.range.lines):

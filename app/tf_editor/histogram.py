@@ -88,7 +88,7 @@ class HistogramLayer:
         """Take the colours of the theme in use."""
         self.curve.brush = QBrush(QColor(theme.VOXELS))
 
-    def said_at(self, value: float, scale: ValueScale) -> str:
+    def text_at(self, value: float, scale: ValueScale) -> str:
         """Return the number of voxels in the bin of a value, in words; empty outside all bins."""
         index = int(np.searchsorted(self.edges, value, side="right")) - 1
         if not 0 <= index < len(self.counts):

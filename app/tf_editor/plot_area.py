@@ -135,7 +135,7 @@ class PlotArea(QObject):
             self._show_ring(event.gotFocus() and event.reason() in BY_KEYS)
         elif kind == QEvent.Type.ToolTip and watched is self.widget.viewport():
             where = cast(QHelpEvent, event)
-            said = self._said_at(where.pos())
+            said = self._text_at(where.pos())
             if said:
                 # Below the plot, so as not to hide its place in it.
                 below = QPoint(where.pos().x(), self.rect.bottom())
@@ -149,14 +149,14 @@ class PlotArea(QObject):
         self.widget.style().unpolish(self.widget)
         self.widget.style().polish(self.widget)
 
-    def _said_at(self, point: QPoint) -> str:
+    def _text_at(self, point: QPoint) -> str:
         """Text about the histogram's bar at a pixel; empty over a handle."""
         if self.has_handle_at(point) or not (
             self.rect.contains(point) and self.histogram.curve.isVisible()
         ):
             return ""
         place = float(self.opacity.mapSceneToView(self.widget.mapToScene(point)).x())
-        return self.histogram.said_at(self.axis.value(place), self.axis.labels)
+        return self.histogram.text_at(self.axis.value(place), self.axis.labels)
 
     def pixel(self, plot: Any, place: float, height: float) -> QPoint:
         """Return where a point of one of the plots is, in pixels of the widget."""

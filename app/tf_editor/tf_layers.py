@@ -146,7 +146,7 @@ class OpacityLayer(QObject):
         area = self._area
         height = area.scale.height(opacity)
         show = partial(area.show_readout, area.opacity, value, height, text)
-        self._state.calm.ask(area.show_readout, show)
+        self._state.refreshes.ask(area.show_readout, show)
 
     def _finish_drag(self) -> None:
         self._moves.finish(f"drag {handle_name(self._moves.tf.opacity)}")

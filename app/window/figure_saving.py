@@ -20,9 +20,9 @@ from app.engines.client import Channels, EngineState
 from app.engines.messages import Result
 from app.engines.requests import PictureRequest, Quality, SupersededError
 from app.picture import save_image
-from app.state.at_work import AtWork
-from app.state.generator_work import LIGHTS
+from app.state.open_model import LIGHTS
 from app.state.settings import FigureSettings
+from app.state.slow_answers import SlowAnswers
 from app.window.context import Context, ask_for_place, proposed_name
 from app.window.figure import (
     GAP,
@@ -124,8 +124,8 @@ class FigureSaving(QObject):
         self.progress: QProgressDialog | None = None
         clients = {name: pane.client for name, pane in self._panes.items()}
         self._channels = Channels(clients, "figure", self._take, self)
-        self._at_work = AtWork(self._channels.values(), self)
-        self._at_work.changed.connect(self._show_part)
+        self._slow_answers = SlowAnswers(self._channels.values(), self)
+        self._slow_answers.changed.connect(self._show_part)
         self._writing = LatestCall("movie", self, self._movie_written, self._fail)
         self._comparing = LatestCall("comparison", self, self._take_compared, self._fail)
         self._previews = Channels(clients, "figure preview", self._take_preview, self)

@@ -17,8 +17,8 @@ from PySide6.QtWidgets import QApplication, QMessageBox, QWidget
 
 from app.engines.engines import REAL_BUILDERS, Builders
 from app.engines.exactness import STOPS
-from app.state.generator_work import LIGHTS
 from app.state.latent_session import LatentChoices
+from app.state.open_model import LIGHTS
 from app.state.opened_volume import OpenedVolume
 from app.state.preferences import Preferences
 from app.tf_editor.plot_area import PlotData

@@ -36,7 +36,7 @@ class SceneNotices(QObject):
         self._narrow: NarrowPart | None = None
         work = self._workspace.reference
         self._state.tf_input.changeFinished.connect(self._judge_tf)
-        work.lightWentOut.connect(self._offer_light)
+        work.lightTooSlow.connect(self._offer_light)
         work.choicesChanged.connect(self._follow_light)
         for pane in context.panes:
             pane.channel.answered.connect(partial(self._judge_image, pane))

@@ -90,7 +90,7 @@ class FakeEngine:
             is_preview=request.quality.live, quiet_seconds=seconds,
         )  # fmt: skip
 
-    def trade(self, request, watch=UNWATCHED):
+    def trade_off(self, request, watch=UNWATCHED):
         """The finer, the slower and the better."""
         self._note(request)
         scales = np.array(sorted(SCALES), np.float32)

@@ -26,7 +26,7 @@ from app.engines.requests import (
     Quality,
     RegionSensitivityRequest,
     SupersededError,
-    TradeRequest,
+    TradeOffRequest,
     ValueSensitivityRequest,
     VisibilityRequest,
     Watch,
@@ -226,12 +226,12 @@ def test_without_vtk_the_ray_casters_image_is_the_last_and_drawn_once(clock):
 
 def test_time_and_error_of_what_moves_are_measured_against_the_image_at_rest(clock):
     engine = RendererEngine(Drawer(FakeRenderer(1e-6), 0.5))
-    request = TradeRequest(AT_REST.inputs, AT_REST.quality)
+    request = TradeOffRequest(AT_REST.inputs, AT_REST.quality)
     with pytest.raises(NotOfferedError):
-        engine.trade(request)
+        engine.trade_off(request)
     rests(engine)
     noted = []
-    found = engine.trade(request, Watch(note=noted.append))
+    found = engine.trade_off(request, Watch(note=noted.append))
     assert noted == [number / len(SCALES) for number in range(len(SCALES))]
     pixels = [1000 * 400 * scale**2 for scale in sorted(SCALES)]
     np.testing.assert_allclose(found[:, 0], 1e-6 * np.array(pixels), rtol=0.02)

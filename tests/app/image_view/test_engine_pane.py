@@ -8,7 +8,7 @@ from window_fakes import FakeEngine, make_request
 
 from app.image_view.image_canvas import to_qimage
 from app.picture import compose
-from app.state.at_work import PATIENCE_MS
+from app.state.slow_answers import PATIENCE_MS
 from model.scene.view import View
 
 

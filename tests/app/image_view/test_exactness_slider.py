@@ -10,7 +10,7 @@ from rested_window import act_until, follow_pane, rested
 from window_fakes import FakeEngine, make_request
 
 from app.engines.pace import SCALES
-from app.engines.requests import TradeRequest
+from app.engines.requests import TradeOffRequest
 from app.image_view.exactness_slider import WAITING, FidelityLine
 from app.image_view.reference_controls import DIAMETER, REACH, BrightnessSlider, LightBall, light_at
 from app.state.viewer_state import ViewerState
@@ -75,21 +75,21 @@ def test_it_is_there_for_what_is_not_exact_alone(qtbot, line):
 
 def opened(qtbot, window):
     window.exactness.figures.click()
-    qtbot.waitUntil(lambda: bool(window.workspace.reference.trade.found))
+    qtbot.waitUntil(lambda: bool(window.workspace.reference.trade_off.found))
     return window.exactness.popover
 
 
 def test_all_stops_are_measured_while_it_is_open(qtbot, make_window, builders):
     window = rested(qtbot, make_window)
-    trade = window.workspace.reference.trade
+    trade_off = window.workspace.reference.trade_off
     engine = builders.references[-1]
-    assert not any(isinstance(each, TradeRequest) for each in engine.others)
+    assert not any(isinstance(each, TradeOffRequest) for each in engine.others)
     popover = opened(qtbot, window)
-    (asked,) = [each for each in engine.others if isinstance(each, TradeRequest)]
+    (asked,) = [each for each in engine.others if isinstance(each, TradeOffRequest)]
     whole = window.workspace.reference.raster
     assert (asked.inputs, asked.quality.pixels) == (window.state.inputs, whole)
-    assert [each.scale for each in trade.found] == sorted(SCALES)
-    errors = [each.error for each in trade.found]
+    assert [each.scale for each in trade_off.found] == sorted(SCALES)
+    errors = [each.error for each in trade_off.found]
     assert errors == sorted(errors, reverse=True) and errors[-1] == 0
     time, error, rest = popover.rows["balanced"]
     assert time.text().endswith(" / s") and error.text()
@@ -98,10 +98,10 @@ def test_all_stops_are_measured_while_it_is_open(qtbot, make_window, builders):
     assert f"{whole.width} × {whole.height} pixels" in popover.status.text()
     # Each stop has the finest image that it has time for, or the fastest.
     seconds = [0.005, 0.02, 0.06, 0.11, 0.3, 0.5]
-    trade.found = tuple(
-        replace(each, seconds=s) for each, s in zip(trade.found, seconds, strict=True)
+    trade_off.found = tuple(
+        replace(each, seconds=s) for each, s in zip(trade_off.found, seconds, strict=True)
     )
-    assert {image.seconds: names for image, names in trade.stops.items()} == {
+    assert {image.seconds: names for image, names in trade_off.stops.items()} == {
         0.02: ["fast"], 0.06: ["balanced"], 0.5: ["exact"],
     }  # fmt: skip
     popover.refresh()
@@ -110,27 +110,27 @@ def test_all_stops_are_measured_while_it_is_open(qtbot, make_window, builders):
     assert {name: round(10 ** at.x(), 3) for name, at in marked.items()} == {
         "fast": 0.02, "balanced": 0.06, "exact": 0.5,
     }  # fmt: skip
-    assert marked["fast"].y() == pytest.approx(trade.found[1].error)
-    trade.found = slow = trade.found[0], replace(trade.found[1], seconds=0.2)
-    assert trade.stops == {slow[0]: ["fast", "balanced"], slow[1]: ["exact"]}
+    assert marked["fast"].y() == pytest.approx(trade_off.found[1].error)
+    trade_off.found = slow = trade_off.found[0], replace(trade_off.found[1], seconds=0.2)
+    assert trade_off.stops == {slow[0]: ["fast", "balanced"], slow[1]: ["exact"]}
     # An edit ends it, and rest begins it anew while it is open.
     window.state.move_view(View(40, 20))
-    assert trade.found == () and not trade.begun
+    assert trade_off.found == () and not trade_off.begun
     assert popover.status.text() == WAITING
     window.state.finish_view()
-    qtbot.waitUntil(lambda: bool(trade.found))
+    qtbot.waitUntil(lambda: bool(trade_off.found))
     popover.hide()
     window.state.set_view(View(50, 20))
     qtbot.waitUntil(lambda: window.workspace.is_settled)
-    assert trade.found == () and not trade.begun
+    assert trade_off.found == () and not trade_off.begun
 
 
 def test_an_image_that_fails_ends_it(qtbot, make_window, builders):
     window = rested(qtbot, make_window)
-    trade = window.workspace.reference.trade
+    trade_off = window.workspace.reference.trade_off
     builders.references[-1].error = ValueError("no memory")
     window.exactness.figures.click()
-    qtbot.waitUntil(lambda: trade.found == () and not trade.begun)
+    qtbot.waitUntil(lambda: trade_off.found == () and not trade_off.begun)
     assert window.reference.client.error is None
     assert window.exactness.popover.status.text() == WAITING
 

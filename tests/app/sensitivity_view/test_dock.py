@@ -118,7 +118,7 @@ def test_the_curve_comes_with_a_region_and_goes_with_it(qtbot, window):
     assert is_away()
     state.activate(None)
     qtbot.waitUntil(is_there)
-    # A layer that is chosen brings back the guidance, and no other layer.
+    # Choosing a layer shows sensitivities again, and no other layer.
     state.choose(shown=False, visible=False)
     state.show_layer("curve", True)
     assert state.choices.shown and not state.choices.visible

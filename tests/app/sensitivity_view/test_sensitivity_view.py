@@ -36,7 +36,7 @@ def test_both_engines_answer_as_soon_as_a_volume_is_open(window):
     )
     for name in ("exact", "learned"):
         np.testing.assert_allclose(responses.curve(name), expected, rtol=1e-5, atol=1e-9)
-    assert "cosine 1, good" in window.sensitivity.source.said
+    assert "cosine 1, good" in window.sensitivity.source.plain_text
     (interval,) = responses.peaks.intervals
     assert interval.value == pytest.approx(100 + 100 * 100 / 255)
     assert "1   at 139.2" in window.sensitivity.findings.edit_rows[0].text
@@ -66,11 +66,11 @@ def test_an_error_is_said_and_forgotten(qtbot, window, builders):
     analyst.error = RenderError("Out of order; wait.")
     window.sensitivity_state.show_layer("curve", True)
     window.sensitivity_state.activate(None)
-    qtbot.waitUntil(lambda: "Out of order" in window.sensitivity.source.said)
+    qtbot.waitUntil(lambda: "Out of order" in window.sensitivity.source.plain_text)
     assert window.sensitivity.responses.curve("exact").size == 0
     analyst.error = None
     window.sensitivity_state.activate(None)
-    qtbot.waitUntil(lambda: "Out of order" not in window.sensitivity.source.said)
+    qtbot.waitUntil(lambda: "Out of order" not in window.sensitivity.source.plain_text)
     qtbot.waitUntil(lambda: window.sensitivity.responses.curve("exact").size == 256)
 
 
@@ -160,10 +160,10 @@ def test_switched_off_nothing_is_asked_or_shown(qtbot, window, builders):
 
 
 def test_outside_what_the_model_was_trained_on_is_marked(qtbot, window):
-    assert "outside" not in window.sensitivity.source.said
+    assert "outside" not in window.sensitivity.source.plain_text
     window.state.set_view(replace(window.state.view, elevation=88.0))
     window.state.set_view(replace(window.state.view, roll=170.0))
-    assert "outside what it was trained on" in window.sensitivity.source.said
+    assert "outside what it was trained on" in window.sensitivity.source.plain_text
     window.sensitivity_state.keep(150.0)
     qtbot.waitUntil(lambda: "learned, outside" in window.sensitivity.learned.caption)
     # Until the exact field is there, the learned one is shown in both panes.

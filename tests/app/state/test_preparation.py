@@ -10,9 +10,9 @@ from window_fakes import PATIENCE_S, FakeEngine, make_request
 from app.engines import worker
 from app.engines.client import Channel, EngineClient
 from app.engines.requests import BatchRequest
-from app.state import at_work, preparation
-from app.state.at_work import AtWork
+from app.state import preparation, slow_answers
 from app.state.preparation import Preparation
+from app.state.slow_answers import SlowAnswers
 from model import kernel_cache
 from model.kernel_cache import KernelGroup
 
@@ -139,10 +139,10 @@ class Slow(FakeEngine):
 
 def test_what_takes_long_is_told_until_it_is_there_or_called_off(qtbot, monkeypatch):
     monkeypatch.setattr(worker, "PROGRESS_S", 0.0)
-    monkeypatch.setattr(at_work, "PATIENCE_MS", 40)
+    monkeypatch.setattr(slow_answers, "PATIENCE_MS", 40)
     client, told, image = EngineClient("test"), [], make_request(1)
     channels = [Channel(client, name, client) for name in ("one", "two")]
-    work = AtWork(channels, client)
+    work = SlowAnswers(channels, client)
     work.changed.connect(told.append)
     act_until(qtbot, client.engineReady, client.start, Slow, "Loading …")
     channels[0].ask(BatchRequest(image.inputs, image.quality))

@@ -80,12 +80,12 @@ def test_at_rest_a_refresh_is_at_once_and_the_last_of_a_name_counts(qtbot):
     parent = QObject()
     state = ViewerState(parent)
     said = []
-    refresh = state.calm.soon(lambda: said.append("at rest"))
+    refresh = state.refreshes.soon(lambda: said.append("at rest"))
     refresh("an argument of a signal")
     assert said == ["at rest"]
     state.move_view(replace(state.view, azimuth=1.0))
     for word in ("first", "second"):
-        state.calm.ask(said.append, lambda word=word: said.append(word))
+        state.refreshes.ask(said.append, lambda word=word: said.append(word))
     assert said == ["at rest"]
     state.finish_view()
     assert said == ["at rest", "second"]

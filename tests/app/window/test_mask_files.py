@@ -106,7 +106,7 @@ def test_a_piece_is_shown_alone_or_cut_away_and_each_is_one_edit(qtbot, window):
     for key in (*3 * [Qt.Key.Key_Tab], Qt.Key.Key_Return):
         QTest.keyClick(QApplication.focusWidget(), key)
     assert is_left(shown(window)) and shown(window)[0, 0, 0]
-    # While guidance is off nothing is found; once it is back, that is made up for.
+    # While sensitivities are hidden nothing is found; it is found once they are shown again.
     click(qtbot, window, 0.42)
     window.sensitivity_state.choose(shown=False)
     window.state.show_all_voxels()

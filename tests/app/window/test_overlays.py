@@ -9,7 +9,7 @@ from PySide6.QtTest import QTest
 
 from app.image_view.engine_pane import OUTSIDE
 from app.image_view.image_canvas import to_qimage
-from app.state import generator_work
+from app.state import open_model
 from app.window.figure import FigureChoice, figure, pixels_of
 from model.rendering.ray_places import ray_places
 from model.scene.transfer_function import OpacityTF
@@ -108,7 +108,7 @@ def test_the_error_is_that_of_the_square_of_the_same_inputs_and_shows_where_it_i
     error = float(window.generator.note.removeprefix("error "))
     assert error == pytest.approx(np.sqrt(0.5) * 0.2, abs=0.01)
     assert OUTSIDE not in window.generator.status
-    monkeypatch.setattr(generator_work, "recorded_error", lambda _folder: 0.09)
+    monkeypatch.setattr(open_model, "recorded_error", lambda _folder: 0.09)
     window.reference.imageShown.emit(inputs, truth)
     # As much as one and a half times what the model's test images have.
     assert OUTSIDE in window.generator.status

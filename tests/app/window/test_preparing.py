@@ -15,9 +15,9 @@ from app.engines.client import EngineState
 from app.engines.engines import REAL_BUILDERS
 from app.engines.requests import SupersededError
 from app.picture import BLACK
-from app.state import generator_work, reference_choices, reference_work
-from app.state.generator_work import PATH_DRAWER
+from app.state import open_model, reference_choices, reference_image
 from app.state.library import Library
+from app.state.open_model import PATH_DRAWER
 from app.window.figure import FigureChoice
 from app.window.main_window import MainWindow
 from model.errors import CannotDrawError
@@ -68,7 +68,7 @@ class HeldPreparation(QObject):
 def network(monkeypatch):
     """The network of path-traced light and its denoiser are there."""
     monkeypatch.setattr(denoising, "installed", lambda: True)
-    monkeypatch.setattr(generator_work, "PATH_LIGHT", Path(__file__))
+    monkeypatch.setattr(open_model, "PATH_LIGHT", Path(__file__))
 
 
 def kernels(_volume, settings):
@@ -79,7 +79,7 @@ def kernels(_volume, settings):
 @pytest.fixture
 def held(qtbot, builders, monkeypatch):
     """A window in path-traced light, whose kernels wait for the test."""
-    monkeypatch.setattr(reference_work, "Preparation", HeldPreparation)
+    monkeypatch.setattr(reference_image, "Preparation", HeldPreparation)
     window = MainWindow(replace(builders.make(), kernels=kernels))
     qtbot.addWidget(window)
     window.workspace.reference.choose(lighting="path")
@@ -237,12 +237,12 @@ def test_the_network_draws_while_the_light_is_path_traced(
     assert window.workspace.sensitivity.exact_source == "exact"
     assert window.workspace.latent.session.model is not None
     # Without the network or the denoiser the model stays.
-    monkeypatch.setattr(generator_work, "PATH_LIGHT", Path("missing"))
+    monkeypatch.setattr(open_model, "PATH_LIGHT", Path("missing"))
     reference.choose(lighting="path")
     settle(qtbot, window)
     assert window.generator.caption.title == "Generator"
     assert "Trained with no light" in window.generator.hint
-    monkeypatch.setattr(generator_work, "PATH_LIGHT", Path(__file__))
+    monkeypatch.setattr(open_model, "PATH_LIGHT", Path(__file__))
     reference.choose(denoises=False)
     settle(qtbot, window)
     assert window.generator.caption.title == "Generator"
@@ -297,7 +297,7 @@ def test_a_model_waits_for_no_image_that_is_out_of_sight(qtbot, make_window):
     model, client = window.workspace.model, window.generator.client
     # Held back for the reference's image, which is to come first, as at the start.
     model.open(model.folder, model.scene, held=True)
-    assert client.text == generator_work.LOADING
+    assert client.text == open_model.LOADING
     window.panes.shown = "generator"
     qtbot.waitUntil(lambda: client.is_settled and client.text == "")
 

@@ -1,4 +1,4 @@
-"""The open model, and whether it belongs to the open volume."""
+"""The open model, and whether it was trained on the open volume."""
 
 from dataclasses import replace
 from functools import partial
@@ -42,8 +42,8 @@ PATH_TIP = (
 )
 
 
-class GeneratorWork:
-    """Loads a model in the background, and pauses it for a volume that is not its own."""
+class OpenModel:
+    """Loads a model in the background, and pauses it while another volume is open."""
 
     def __init__(self, client: EngineClient, builders: Builders) -> None:
         self._client, self._builders = client, builders

@@ -13,7 +13,7 @@ from app.engines.exactness import STOPS, Stop
 from app.engines.messages import Result
 from app.engines.requests import ReferenceSettings
 from app.state.edited_tf import PaneName, other_pane
-from app.state.image_errors import TradeWork
+from app.state.image_errors import TradeOff
 from app.state.image_scheduler import NO_MODEL_SIZE, ImageScheduler
 from app.state.preferences import Preferences
 from app.state.preparation import Preparation
@@ -33,8 +33,8 @@ LEAST_PANE = 64  # fewest pixels of an image's sides, while a pane is not laid o
 PREPARING = "Preparing the volume …"
 
 
-class ReferenceWork(QObject):
-    """Draws the reference as chosen, and as the open model demands."""
+class ReferenceImage(QObject):
+    """Draws the reference by the user's choices and, next to a model, as it was trained."""
 
     choicesChanged = Signal(object)  # emitted with the new :class:`ReferenceChoices`
     settingsChanged = Signal(object)  # emitted with the new :class:`ReferenceSettings`
@@ -42,7 +42,7 @@ class ReferenceWork(QObject):
     analystReplaced = Signal()
     """Emitted when the analyst restarts or waits for kernels: old answers are invalid."""
     resized = Signal(object)  # emitted with the :class:`Raster` of the image
-    lightWentOut = Signal(float)  # emitted with the seconds of a lit image that is too slow
+    lightTooSlow = Signal(float)  # emitted with the seconds of a lit image that is too slow
 
     def __init__(
         self,
@@ -78,7 +78,7 @@ class ReferenceWork(QObject):
         self._pane_rest = Pause(self, PANE_REST_MS, self._take_pane_size)
         # Queued, because during an opening the view is still the previous volume's.
         self.resized.connect(self._fit_home, Qt.ConnectionType.QueuedConnection)
-        self.trade = TradeWork(state, clients.reference, self)
+        self.trade_off = TradeOff(state, clients.reference, self)
         # The light that a shipped volume was given with its TF.
         self.designed_light: LightDirection | None = None
         self.preparation = Preparation(self)
@@ -208,7 +208,7 @@ class ReferenceWork(QObject):
         if redrawn:
             self._scheduler.send()
         elif choices.stop != before.stop and self._volume is not None:
-            self._scheduler.show_trade()
+            self._scheduler.show_trade_off()
 
     def start(self, volume: Volume, scene: Scene | None, proposed: LightingChoice = "auto") -> None:
         """Draw another volume, in its remembered light or else the proposed one."""
@@ -354,7 +354,7 @@ class ReferenceWork(QObject):
         if is_slow and self.choices.lighting == "auto" and self._scene is None:
             self.follow(None)
             if self.settings.lighting == "none":
-                self.lightWentOut.emit(seconds)
+                self.lightTooSlow.emit(seconds)
 
     def _nearest(self, wanted: ReferenceSettings) -> ReferenceSettings:
         """Return the settings nearest to the wanted ones that need no compiling."""

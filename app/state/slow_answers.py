@@ -10,7 +10,7 @@ from app.engines.client import Channel
 PATIENCE_MS = 500  # after which the window says that an answer is under way
 
 
-class AtWork(QObject):
+class SlowAnswers(QObject):
     """Watches the channels of one part of the window."""
 
     changed = Signal(object)
