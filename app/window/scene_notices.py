@@ -63,7 +63,7 @@ class SceneNotices(QObject):
 
     def _offer_light(self, seconds: float) -> None:
         self._notices.add(
-            f"The image is drawn without light: with light, each takes {seconds:.0f} s here.",
+            f"The image has no light: with light, each takes {seconds:.0f} s here.",
             Action("Light it", partial(self._workspace.reference.choose, lighting="direct")),
             key=LIGHT,
         )

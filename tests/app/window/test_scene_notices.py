@@ -175,7 +175,7 @@ def test_a_model_that_is_read_after_the_volume_brings_its_scale_too(
     edited = replace(window.state.transfer_function, opacity=opacity)
     window.state.tf_input.set(edited, "edit")
     act_until(qtbot, window.workspace.modelChanged, window.workspace.open_model, Path("model"))
-    qtbot.waitUntil(lambda: "over the logarithm" in window.generator.canvas.message)
+    qtbot.waitUntil(lambda: "on the logarithm" in window.generator.canvas.message)
     assert shown(window).scale == "linear" and window.state.transfer_function == edited
 
 
