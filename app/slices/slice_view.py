@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -28,6 +29,7 @@ from app.number_box import WholeNumberBox, significant
 from app.state.viewer_state import ViewerState
 from model.scene import slices
 from model.scene.crop import CropBox, least_length
+from model.scene.tf_presets import looks_like_hu
 from model.scene.transfer_function import Range
 from model.scene.volume import Triple, Volume
 
@@ -45,6 +47,11 @@ COLORS: dict[slices.SliceColors, tuple[str, str]] = {
     "overlay": ("Overlay", "The TF's colours over gray, as opaque as the TF has them"),
 }
 LEAST_DIGITS = 4  # of a coordinate
+
+CT_WINDOWS: dict[str, Range] = {
+    "&Lung": (-1350, 150), "&Bone": (-500, 1300), "&Soft tissue": (-160, 240), "B&rain": (0, 80),
+}  # fmt: skip
+"""Radiologists' windows of gray, in Hounsfield units."""
 
 
 class SliceState(QObject):
@@ -168,7 +175,7 @@ class SliceView(pg.GraphicsView):  # type: ignore[misc]
             self.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform, smooth)
             self._picture.setImage(picture, autoLevels=False, levels=None)
             self._picture.setRect(self._voxels)
-        self.number.show_value(index)
+        self.number.show_value(index + 1)
         self._show_crop()
         self.viewport().update()
 
@@ -194,14 +201,14 @@ class SliceView(pg.GraphicsView):  # type: ignore[misc]
         half = [0.5 / (volume.dimensions[axis] - 1) for axis in across]
         self._voxels = QRectF(0, 0, 1, 1).adjusted(-half[0], -half[1], *half)
         self._box.setAspectLocked(True, ratio=wide / high)
-        axis, last, box = "xyz"[plane.axis], volume.dimensions[plane.axis] - 1, self.number
+        axis, count, box = "xyz"[plane.axis], volume.dimensions[plane.axis], self.number
         box.setPrefix(f"{axis} " if plane.name == axis else f"{plane.name}  {axis} ")
-        box.setSuffix(f" of {last}")
+        box.setSuffix(f" of {count}")
         for part in (box, self):
             part.setAccessibleName(f"{plane.name} slice")
         # As wide as the largest number.
-        box.set_limits(0, last)
-        box.show_value(last)
+        box.set_limits(1, count)
+        box.show_value(count)
         width = box.fontMetrics().horizontalAdvance(box.text()) + 2 * PADDING
         box.setFixedSize(width, box.sizeHint().height())
         self.fit()
@@ -233,7 +240,9 @@ class SliceView(pg.GraphicsView):  # type: ignore[misc]
 
     def _go_to(self, number: int) -> None:
         axis = self.plane.axis
-        self._state.scroll(axis, number - slices.voxel_of(self._volume, self._state.place)[axis])
+        self._state.scroll(
+            axis, number - 1 - slices.voxel_of(self._volume, self._state.place)[axis]
+        )
 
     def _nearest_place(self, position: QPointF) -> Triple:
         at = self._box.mapSceneToView(position)
@@ -376,6 +385,10 @@ class SlicesColumn(QWidget):
         self.choices = add_choices(menu, COLORS, lambda colors: state.show(colors=colors))
         menu.addSeparator()
         add_action(menu, "Window of &all values", self._reset_gray)
+        self._ct = [
+            add_action(menu, f"{name}\t{_window_text(window)}", partial(self._choose_gray, window))
+            for name, window in CT_WINDOWS.items()
+        ]
         self.value, self.where = ElidedLabel(), ElidedLabel()
         self.where.setProperty("role", "dim")
         foot = fill(QHBoxLayout(), self.button, margins=(4, 2, 6, 2), spacing=6)
@@ -417,16 +430,23 @@ class SlicesColumn(QWidget):
             view.refresh()
         self.choices[self._state.colors].setChecked(True)
         self.button.set_title(COLORS[self._state.colors][0])
+        volume = self._state.volume
+        is_ct = volume.scale == "linear" and looks_like_hu(volume.data_range, volume.units)
+        for action in self._ct:
+            action.setVisible(is_ct)
         self._say(self._under)
 
     def _reset_gray(self) -> None:
         if self._state.volume is not None:
             self._state.show(window=self._state.volume.scalar_range)
 
+    def _choose_gray(self, window: Range) -> None:
+        colors = "overlay" if self._state.colors == "overlay" else "gray"
+        self._state.show(window=window, colors=colors)
+        self._say_window()
+
     def _say_window(self) -> None:
-        low, high = self._state.window
-        window, level = significant(high - low, 3), significant((low + high) / 2, 3)
-        self.where.set_full_text(f"window {window}  level {level}")
+        self.where.set_full_text(_window_text(self._state.window))
 
     def _say(self, place: Triple | None) -> None:
         """Show value and place under the mouse, or at the cross-hair."""
@@ -437,11 +457,16 @@ class SlicesColumn(QWidget):
         value = slices.stored_at(volume, place)
         said = "nothing measured" if value is None else f"{value:.9g} {volume.units}".rstrip()
         name = "" if value is None else self._state.viewer.label_name(value)
-        voxel = ", ".join(map(str, slices.voxel_of(volume, place)))
+        voxel = ", ".join(str(n + 1) for n in slices.voxel_of(volume, place))
         self.value.set_full_text("   ".join(filter(None, (said, name, f"voxel {voxel}"))))
         step, found = min(volume.spacing), slices.coordinates(volume, place)
         numbers = [f"{axis} {_written(number, step)}" for axis, number in found]
         self.where.set_full_text("  ".join([*numbers, volume.file.spacing_unit]).rstrip())
+
+
+def _window_text(window: Range) -> str:
+    low, high = window
+    return f"window {significant(high - low, 3)}  level {significant((low + high) / 2, 3)}"
 
 
 def _crop_rectangle() -> Any:

@@ -261,7 +261,6 @@ class CropCard(Card):
             # Its ends get no closer to each other.
             self.sliders[axis].setSingleStep(least_length(count))
             for box in self.planes[axis]:
-                box.set_limits(0, count - 1)
                 box.setFixedWidth(box.fontMetrics().horizontalAdvance(f"{count}") + PADDING)
         self._name()
         self._show()
@@ -310,7 +309,7 @@ class CropCard(Card):
             for end, box in zip(("First", "Last"), self.planes[axis], strict=True):
                 meaning = f"{end} voxel along {name}"
                 box.setAccessibleName(meaning)
-                box.setToolTip(f"{meaning}\nVoxels are numbered from 0 to {count - 1}")
+                box.setToolTip(f"{meaning}\nVoxels are numbered from 1 to {count}")
 
     def _show(self) -> None:
         crop, clip = self._state.crop or CropBox(), self._state.clip
@@ -323,10 +322,10 @@ class CropCard(Card):
             span = crop.low[axis], crop.high[axis]
             with QSignalBlocker(self.sliders[axis]):
                 self.sliders[axis].setValue(span)
-            first, last = (voxel_at(place, count) for place in span)
+            first, last = (1 + voxel_at(place, count) for place in span)
             apart = math.ceil(least_length(count) * (count - 1) - 1e-9)
-            self.planes[axis][0].set_limits(0, max(last - apart, first))
-            self.planes[axis][1].set_limits(min(first + apart, last), count - 1)
+            self.planes[axis][0].set_limits(1, max(last - apart, first))
+            self.planes[axis][1].set_limits(min(first + apart, last), count)
             for box, voxel in zip(self.planes[axis], (first, last), strict=True):
                 box.show_value(voxel)
 
@@ -343,7 +342,7 @@ class CropCard(Card):
 
     def _type(self, axis: int, side: int, voxel: int) -> None:
         crop, count = self._state.crop or CropBox(), self._dimensions[axis]
-        place, least = place_of(voxel, count), least_length(count)
+        place, least = place_of(voxel - 1, count), least_length(count)
         self._state.crop_input.set(crop.with_plane(axis, side, place, least))
         self._show()
 

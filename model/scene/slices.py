@@ -129,8 +129,11 @@ def cut_away(
 def coordinates(volume: Volume, place: Triple) -> list[tuple[str, float]]:
     """Return the position of the voxel at a place in the file's space and unit, by axis.
 
-    Axes of a patient have the letter of the voxel's side; others are x, y and z.
+    Axes of a patient have the letter of the voxel's side; others are x, y and z. Without any
+    spacing there is none: it would be the voxel's number.
     """
+    if volume.spacing == (1, 1, 1) and not (volume.file.spacing_unit or any(volume.origin)):
+        return []
     axes = np.array(volume.file.directions or np.eye(3))
     steps = np.array(voxel_of(volume, place)) * volume.spacing
     numbers = (np.array(volume.origin) + steps @ axes).tolist()

@@ -94,14 +94,15 @@ def test_the_wheel_and_keys_scroll_and_end_at_the_last_slice(window):
     level.number.selectAll()
     QTest.keyClicks(level.number, "4")
     QTest.keyClick(level.number, Qt.Key.Key_Return)
-    assert voxel(window) == (before[0], 3, 4)
+    # Slices are numbered from 1.
+    assert voxel(window) == (before[0], 3, 3) and level.number.text() == "z 4 of 6"
 
 
 def test_a_drag_moves_the_cross_hair_of_all_slices_which_is_remembered(qtbot, builders, window):
     front = views(window)[1]
     drag(front.viewport(), at(window, front, 0, 2, 0), at(window, front, 3, 2, 5))
     assert voxel(window)[::2] == (3, 5)
-    assert [view.number.value() for view in views(window)] == [5, voxel(window)[1], 3]
+    assert [view.number.value() for view in views(window)] == [6, voxel(window)[1] + 1, 4]
     fingerprint = window.workspace.opened.fingerprint
     assert window.preferences.volume(fingerprint).cross_hair == state(window).place
     assert window.sessions.session().content.memory.cross_hair == state(window).place
@@ -160,6 +161,14 @@ def test_zoom_pan_and_window_of_gray_by_the_mouse(window):
     assert f"window {wider[1] - wider[0]:.3g}  level {sum(wider) / 2:.3g}" in readout(window)
     drag(view.viewport(), point, point + QPoint(0, 20), button=Qt.MouseButton.RightButton)
     assert sum(state(window).window) < sum(wider)
+    # Radiologists' windows are those of a CT, and are gray.
+    lung, *_ = ct = window.slices.column._ct
+    assert not any(each.isVisible() for each in ct)
+    state(window).show(volume=replace(make_volume(), units="HU"), colors="colors")
+    assert all(each.isVisible() for each in ct)
+    lung.trigger()
+    assert (state(window).window, state(window).colors) == ((-1350, 150), "gray")
+    assert readout(window).endswith("window 1500  level -600")
 
 
 def test_voxels_that_images_do_not_show_are_faded(window):
@@ -260,7 +269,7 @@ def test_a_resting_mouse_marks_the_value_and_shows_where_it_is_visible(qtbot, wi
     assert mark.value() == pytest.approx(window.editor.area.axis.place(value))
     qtbot.waitUntil(lambda: asked.band is not None and asked.band.low == pytest.approx(value))
     assert not asked.band.effect and state(window).band is None
-    assert readout(window) == f"{value:.9g} K   voxel 1, 3, {z}\nx 1  y 3  z {z}"
+    assert readout(window) == f"{value:.9g} K   voxel 2, 4, {z + 1}\n"
     QTest.mouseMove(view.viewport(), at(window, view, 2, 1, z))
     assert asked.band is None
     qtbot.waitUntil(lambda: asked.band is not None)
@@ -311,7 +320,7 @@ def labels():
     ("volume", "here", "said"),
     [
         (with_missing(), (1, 2, 3), "nothing measured"),
-        (labels(), (2, 2, 2), "3   liver   voxel 2, 2, 2\nx 2  y 2  z 14"),
+        (labels(), (2, 2, 2), "3   liver   voxel 3, 3, 3\nx 2  y 2  z 14"),
         (Volume(make_volume().voxels, (1e-9, 2e-9, 3e-9)), (1, 1, 1), "x 1e-09  y 2e-09  z 3e-09"),
         (Volume(make_volume().voxels, (0.01,) * 3, (1e3,) * 3), (1, 1, 2), "x 1000.01  y 1000.01"),
         (Volume(make_volume().voxels[2:4] * HUGE, (20.0, 1, 1)), (3, 0, 1), "x 60  y 0  z 1"),

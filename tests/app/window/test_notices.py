@@ -218,18 +218,18 @@ def test_typed_voxels_are_planes_through_their_centers(qtbot, state, crop_card):
     with qtbot.waitSignals(
         [state.crop_input.changed, state.crop_input.changeFinished], order="strict"
     ):
-        type_into(crop_card.planes[0][0], "25")
+        type_into(crop_card.planes[0][0], "26")
     assert state.crop == CropBox((0.25, 0.0, 0.0), (1.0, 1.0, 1.0))
-    type_into(crop_card.planes[2][1], "10")
+    type_into(crop_card.planes[2][1], "11")
     assert state.crop == CropBox((0.25, 0.0, 0.0), (1.0, 1.0, 0.5))
     assert not state.live
-    type_into(crop_card.planes[0][0], "0")
-    type_into(crop_card.planes[2][1], "20")
+    type_into(crop_card.planes[0][0], "1")
+    type_into(crop_card.planes[2][1], "21")
     assert state.crop is None
     # Planes between voxels stay until their own number is typed.
     state.crop_input.set(CropBox((0.123, 0.0, 0.0), (0.9, 1.0, 1.0)))
-    assert shown(crop_card)[0] == (12, 90)
-    type_into(crop_card.planes[0][1], "80")
+    assert shown(crop_card)[0] == (13, 91)
+    type_into(crop_card.planes[0][1], "81")
     assert state.crop == CropBox((0.123, 0.0, 0.0), (0.8, 1.0, 1.0))
 
 
@@ -240,7 +240,7 @@ def test_an_end_is_dragged_live(qtbot, state, crop_card):
     QTest.mouseMove(slider, at(slider, 0.5))
     assert state.live
     assert state.crop.high[1] == pytest.approx(0.5, abs=0.02)
-    assert shown(crop_card)[1] == (0, 25)
+    assert shown(crop_card)[1] == (1, 26)
     # No nearer than a voxel.
     QTest.mouseMove(slider, at(slider, 0.0))
     assert state.crop.high[1] - state.crop.low[1] == pytest.approx(1 / 50)
