@@ -172,7 +172,8 @@ class _Typing(QObject):
         box.installEventFilter(self)
         box.lineEdit().textChanged.connect(self._mark)
         box.editingFinished.connect(self._mark)
-        box.lineEdit().returnPressed.connect(box.clearFocus)
+        # Letters are shortcuts again, and Tab goes on from here.
+        box.lineEdit().returnPressed.connect(lambda: (box.parentWidget() or box).setFocus())
 
     def eventFilter(self, _box: QObject, event: QEvent) -> bool:
         """Ignore Enter on an invalid text, and let Escape discard a text."""

@@ -85,13 +85,13 @@ class ModeCard(QFrame):
         """Take the focus, so that the value can be typed."""
         self.refresh()
         if self.isVisible():
-            box = next(box for box in (*self.fields, self) if box.isEnabled())
-            box.setFocus(Qt.FocusReason.ShortcutFocusReason)
-            self.value.selectAll()
+            # The value of an end is fixed.
+            free = next(each for each in self.controls if each.isVisible() and each.isEnabled())
+            free.setFocus(Qt.FocusReason.TabFocusReason)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Return the focus to the plot on Escape."""
-        if event.key() == Qt.Key.Key_Escape:
+        """Return the focus to the plot on Escape, or on Enter, whose number is set already."""
+        if event.key() in (Qt.Key.Key_Escape, Qt.Key.Key_Return, Qt.Key.Key_Enter):
             self._area.widget.setFocus(Qt.FocusReason.OtherFocusReason)
         else:
             super().keyPressEvent(event)

@@ -61,7 +61,7 @@ def test_the_card_is_at_its_handle_in_the_plot_and_over_no_flag(make_editor, sta
         assert not any(box.intersects(flag.geometry()) for flag in flags)
 
 
-def test_f2_types_the_value_tab_goes_on_and_escape_returns(qtbot, make_editor, state):
+def test_f2_types_numbers_tab_goes_on_and_escape_or_enter_returns(qtbot, make_editor, state):
     editor = make_editor()
     card = editor.card
     QTest.keyClick(editor, Qt.Key.Key_F2)
@@ -78,6 +78,15 @@ def test_f2_types_the_value_tab_goes_on_and_escape_returns(qtbot, make_editor, s
     state.edits.undo()
     assert state.transfer_function.opacity.modes[0].mean == 150.0
     QTest.keyClick(card.height_box, Qt.Key.Key_Escape)
+    assert editor.area.widget.hasFocus()
+    # The value of a curve's end is fixed.
+    curve = OpacityTF((100.0, 200.0), points=((100.0, 0.1), (200.0, 0.9)))
+    state.start_volume(replace(state.transfer_function, opacity=curve), None)
+    editor.selection.select("opacity", 0)
+    QTest.keyClick(editor, Qt.Key.Key_F2)
+    QTest.keyClicks(QApplication.focusWidget(), ".3")
+    QTest.keyClick(QApplication.focusWidget(), Qt.Key.Key_Return)
+    assert state.transfer_function.opacity.points[0] == (100.0, 0.3)
     assert editor.area.widget.hasFocus()
 
 
