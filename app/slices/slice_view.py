@@ -39,12 +39,12 @@ LARGEST, MARGIN = 200, 0.06  # largest zoom of a slice; margin around it, as a s
 FADED = 4  # divisor of the opacity of voxels that images do not show
 GAP = 6.0  # half the gap of the cross-hair in its middle, in pixels
 PLACE, PADDING = 6, 8  # distance of the number's box to the corner, and its margin, in pixels
-GRAY_PIXELS = 200.0  # pixels of a drag that make the window of gray 2.7 times as wide
+GRAY_PIXELS = 200.0  # pixels of a drag that make the grey window 2.7 times as wide
 
 COLORS: dict[slices.SliceColors, tuple[str, str]] = {
-    "gray": ("Gray", "Drag with the right button to change its window"),
+    "gray": ("Grey", "Drag with the right button to change its window"),
     "colors": ("TF", "The TF's colours"),
-    "overlay": ("Overlay", "The TF's colours over gray, as opaque as the TF has them"),
+    "overlay": ("Overlay", "The TF's colours over grey, as opaque as in the TF"),
 }
 LEAST_DIGITS = 4  # of a coordinate
 
@@ -59,13 +59,13 @@ class SliceState(QObject):
 
     changed = Signal()
     moved = Signal()  # emitted when the user has moved the cross-hair
-    windowed = Signal()  # emitted when the user has changed the window of gray
+    windowed = Signal()  # emitted when the user has changed the grey window
     hovered = Signal(object)  # emitted with the place under the mouse; None when it leaves
 
     volume: Volume | None = None
     place: Triple = slices.MIDDLE  # of the cross-hair, in fractions of the volume's extent
     colors: slices.SliceColors = "gray"
-    window: Range = (0.0, 1.0)  # values that are gray, from black to white
+    window: Range = (0.0, 1.0)  # values shown in grey, from black to white
     band: Range | None = None  # values that are outlined
     edits_crop = False  # whether the crop box has handles
 
@@ -97,7 +97,7 @@ class SliceView(pg.GraphicsView):  # type: ignore[misc]
     """Shows the slice through the cross-hair across one of the axes.
 
     The wheel scrolls, ten slices with Shift, and zooms with Ctrl. A left drag moves the cross-hair,
-    a middle one or one with Shift pans, a right one changes the window of gray.
+    a middle one or one with Shift pans, a right one changes the grey window.
     """
 
     _is_fit = False  # whether the whole slice is shown

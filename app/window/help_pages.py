@@ -37,7 +37,7 @@ Wheel, or Page up and down; with Shift | the next slice; ten at once | Wheel | n
 Drag | move the cross-hair | Drag | cross-hair
 Double click | this slice alone, or all three | Double click | large
 Ctrl and wheel; middle drag; Home | zoom; pan; all of the slice
-Right drag | window and level of gray | Right drag | gray
+Right drag | window and level of grey | Right drag | grey
 I; X | this piece alone; cut it away | I | isolate piece
 Rest the mouse on a voxel | where is its value visible? | Rest | where visible
 Click in an image, then up and down | go through what shows there | ↑ ↓ | along the ray

@@ -85,7 +85,7 @@ class Slices(QObject):
         if before is None or before.scalar_range != volume.scalar_range:
             changes["window"] = usual_window(opened.counts, opened.edges)
             if volume.file.is_labels:
-                # Gray is useless for labels.
+                # Grey is useless for labels.
                 changes["colors"] = "colors"
         self.state.show(volume=volume, **changes)
         self._follow_question("band")

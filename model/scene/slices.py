@@ -21,8 +21,8 @@ SliceColors = Literal["gray", "colors", "overlay"]  # gray, the TF's colours, or
 
 MIDDLE: Triple = (0.5, 0.5, 0.5)
 STEPS = 16  # colours per bin of a TF: a label has exactly its bin's
-NARROWEST = 1e-4  # limits of the gray window's width, relative to the scalar range
-SATURATED = 0.002  # share of the voxels at either end that the default gray window omits
+NARROWEST = 1e-4  # limits of the grey window's width, relative to the scalar range
+SATURATED = 0.002  # share of the voxels at either end that the default grey window omits
 NAMES = {"S": "Axial", "I": "Axial", "A": "Coronal", "P": "Coronal", "L": "Sagittal"}
 OPPOSITES = dict(zip("LRAPSI", "RLPAIS", strict=True))
 
@@ -154,7 +154,7 @@ class SlicePaint:
     @classmethod
     @lru_cache(maxsize=4)
     def of(cls, window: Range, tf: TransferFunction | None, is_overlay: bool = False) -> SlicePaint:
-        """Return the colours of a gray window, of a TF, or of a TF over gray."""
+        """Return the colours of a grey window, of a TF, or of a TF over grey."""
         count = 256 if tf is None else STEPS * (TF_SAMPLES - 1) + 1
         values = window if tf is None else tf.scalar_range
         gray = (np.linspace(*values, count) - window[0]) / (window[1] - window[0])
@@ -196,7 +196,7 @@ class SlicePaint:
 
 
 def usual_window(counts: NDArray[np.integer], edges: NDArray[np.floating]) -> Range:
-    """Return the gray window of nearly all voxels, by a histogram (n,) and its edges."""
+    """Return the grey window of nearly all voxels, by a histogram (n,) and its edges."""
     upto = np.cumsum(counts) / counts.sum()
     first = int(np.searchsorted(upto, SATURATED, side="right"))
     last = max(int(np.searchsorted(upto, 1 - SATURATED)), first)
@@ -204,7 +204,7 @@ def usual_window(counts: NDArray[np.integer], edges: NDArray[np.floating]) -> Ra
 
 
 def gray_window(window: Range, scalar_range: Range, wider: float, higher: float) -> Range:
-    """Return a gray window widened by a factor, and moved by a share of its width."""
+    """Return a grey window widened by a factor, and moved by a share of its width."""
     lo, hi = scalar_range
     width = min(max((window[1] - window[0]) * wider, NARROWEST * (hi - lo)), 4 * (hi - lo))
     middle = min(max(sum(window) / 2 + higher * width, lo), hi)
