@@ -15,7 +15,7 @@ TOGETHER = 256  # corners that are judged at the same time
 def freest(
     corners: Iterable[tuple[float, float]], size: QSize | QSizeF, *layers: Sequence[Box]
 ) -> tuple[float, float]:
-    """Return the first upper left corner at which a box covers the fewest others, by layers."""
+    """Return the first corner (upper left) at which a box covers the fewest boxes of each layer."""
     edges = [
         [(b.x(), b.y(), b.x() + b.width(), b.y() + b.height()) for b in boxes] for boxes in layers
     ]

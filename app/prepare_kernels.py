@@ -1,8 +1,8 @@
 """Compile groups of kernels: ``python -m app.prepare_kernels uint8-path-images ...``.
 
-The window runs this in a process of its own, at low priority, gives it one group a line, and loads
-what was compiled once that group is written back. Numba compiles on one thread and holds the
-interpreter's lock: in the window's own process it would block everything.
+The window starts this in a process of low priority and writes the names of groups to it, one per
+line. Once a name is written back, the window loads that group's kernels. Numba compiles on one
+thread and holds the interpreter's lock: in the window's own process it would block everything.
 """
 
 import os

@@ -80,7 +80,7 @@ class TransferFunctionError(TfscopeError):
 
 
 class RenderError(TfscopeError):
-    """The reference renderer cannot run on this machine or for this scene."""
+    """An image, a figure or a movie cannot be rendered as requested, or not be written."""
 
 
 class CannotDrawError(RenderError):

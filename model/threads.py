@@ -1,4 +1,4 @@
-"""Work on arrays, divided among threads: NumPy lets them run side by side."""
+"""Work on arrays, divided among threads: NumPy releases the interpreter's lock."""
 
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor

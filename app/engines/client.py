@@ -44,7 +44,7 @@ class Channel(QObject):
 
     It also works with the engine's successor. A new request replaces a waiting one of the channel,
     and cancels a running one unless that is live. The channels of an engine take turns. The name
-    says what the requests are for. A cancelled newest request is None.
+    says what the requests are for. `newest` is None once it is cancelled.
     """
 
     asked = Signal(object)  # emitted with each accepted :class:`Request`, as it was numbered

@@ -128,7 +128,7 @@ class Drawer:
     def _in_halves(
         self, inputs: SceneInputs, raster: Raster, watch: Watch
     ) -> Generator[Image, None, Image]:
-        """Yield an image with half its pixels drawn, like a board's black squares; return all."""
+        """Yield an image of half the pixels, in a chessboard pattern; return the whole image."""
         rgba = np.zeros((*raster.shape, 4), dtype=np.float32)
 
         def drawn(squares: tuple[tuple[int, int], ...]) -> Array:

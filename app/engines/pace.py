@@ -7,11 +7,11 @@ from collections.abc import Iterator, Sequence
 from model.rendering.raster import TIME_GROWTH, Raster
 
 SCALES = (1.0, 0.75, 0.5, 0.35, 0.25, 0.18)  # sizes of an image, as fractions of the whole one
-LEAST_SCALE = 0.12  # where those of the smallest take more than twice their time
+LEAST_SCALE = 0.12  # of an image where the smallest of these takes more than twice its time
 SOON_SECONDS = 0.2  # time for a first, coarse image at rest, if all pixels take longer
-SHARP_SECONDS = 0.6  # time for all pixels up to which a coarser image first would only delay them
+SHARP_SECONDS = 0.6  # longest time for all pixels without a coarser image before them
 REST_SECONDS = 5.0  # time for the image after a first, coarse one
-BETWEEN = 0.5  # greatest width of an image before that of all pixels, which waits for it
+BETWEEN = 0.5  # greatest width of an image before that of all pixels, which it delays
 
 LONGEST_SECONDS = 120.0
 """Longest time for an image of all pixels; it has fewer if that is not enough, unless the user

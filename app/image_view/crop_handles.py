@@ -28,7 +28,7 @@ CURSORS = (
 )
 """For movements to the right, and each turned by 45 degrees counter-clockwise from it."""
 
-MOST_COSINE = 0.985  # of the angle between an axis and the line of sight, to drag its planes
+MOST_COSINE = 0.985  # largest cosine of axis and line of sight at which its planes are dragged
 ARROW = 0.3  # length of the clipping plane's normal, in halves of the image's shorter side
 MOVES, TURNS = (3, 0), (3, 1)  # the handles that move and turn the clipping plane
 PLANE_LABELS = {MOVES: "Drag: move the plane", TURNS: "Drag: turn the plane"}

@@ -26,7 +26,7 @@ from app.engines.pace import SCALES
 from app.image_view.engine_pane import PLACE, EnginePane
 from app.image_view.orientation_cube import OrientationCube
 from app.state.image_errors import (
-    LEAST_SAID,
+    LEAST_SHOWN,
     Fidelity,
     ImageErrors,
     TradeOffPoint,
@@ -206,7 +206,7 @@ class TradeOffPopover(QFrame):
         for name, (rate, error, rest) in self.rows.items():
             image = measured.get(name)
             rate.setText("" if image is None else rate_text(image.seconds))
-            exact = image is not None and image.error < LEAST_SAID
+            exact = image is not None and image.error < LEAST_SHOWN
             error.setText("exact" if exact else "" if image is None else error_text(image.error))
             rest.setText(self._rest_text(name))
         self.plot.show_trade_off(self._trade_off.found, stops, self._work.choices.stop)

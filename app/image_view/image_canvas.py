@@ -95,7 +95,7 @@ class ImageCanvas(KeyedWidget):
     resized = Signal()  # when the number of pixels on the screen has changed
     background = Painted[Background](BLACK)
     cover = Painted[QImage | None](None)  # in the image's place
-    wiped = Painted["tuple[ImageCanvas, int] | None"](None)  # whose image is to the right of where
+    wiped = Painted["tuple[ImageCanvas, int] | None"](None)  # right part: whose, from where
     gave_focus = False  # whether the last press has moved the focus here from the other of A and B
     is_edited = Painted[bool](False)  # whether a frame shows that the TF editor edits its TF
     progress = Painted[float | None](None)  # progress of the image, 0..1; None if it is complete

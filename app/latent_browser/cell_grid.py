@@ -26,7 +26,7 @@ from model.latent.latent_map import CELLS
 GAP = 3
 STALE_OPACITY = 0.45
 
-LEAST_TOLD = 1.5  # brightness factor from which a picture's caption shows it
+LEAST_SHOWN = 1.5  # brightness factor from which a picture's caption shows it
 CAPTION = 0.8  # size of captions, as a share of the usual letters
 
 
@@ -197,7 +197,7 @@ def caption_of(picture: GridPicture, cell: int) -> str:
     if picture.cells is not None:
         return f"{picture.cells.count.flat[cell]:.0f} TFs"
     exposure = picture.exposures.get(cell, 1.0)
-    return f"{exposure:.0f} \u00d7 as bright" if exposure >= LEAST_TOLD else ""
+    return f"{exposure:.0f} \u00d7 as bright" if exposure >= LEAST_SHOWN else ""
 
 
 def explanation_of(picture: GridPicture, cell: int) -> str:

@@ -309,7 +309,7 @@ class LatentBrowser(QWidget):
         self.map.message = ""
         self._say_why()
         self._color()
-        self._tell()
+        self._show_note()
 
     def _say_why(self, _state: object = None) -> None:
         """Say why there are no pictures yet."""
@@ -394,9 +394,9 @@ class LatentBrowser(QWidget):
 
     def _show_progress(self, done: float) -> None:
         self.bar.stop.setVisible(self._session.is_embedding)
-        self._tell("" if done >= 1 else f"Computing the map: {100 * done:.0f} %")
+        self._show_note("" if done >= 1 else f"Computing the map: {100 * done:.0f} %")
 
-    def _tell(self, text: str = "") -> None:
+    def _show_note(self, text: str = "") -> None:
         """Show on the map what is going on, or how many TFs there are."""
         session = self._session
         if not text and session.map is not None and session.wanted is not None:

@@ -28,7 +28,7 @@ from model.sensitivity.peaks import (
 GOOD, FAIR = 0.9, 0.7  # least cosines of good and fair agreement
 NOTABLE, MOST = 2.0, 1000.0  # ratio of learned to exact responses from which the panel reports it
 ROWS = 3  # most values, and most edits
-LEAST_SAID = 0.001  # least change of pixel values that is shown: a quarter of an 8-bit step
+LEAST_SHOWN = 0.001  # least change of pixel values that is shown: a quarter of an 8-bit step
 
 VALUE_TIP = "{} make up {} % of what is visible. Point at them in the plot to see where."
 EDIT_TIP = (
@@ -180,7 +180,7 @@ def _edit(asker: SensitivityAsker, number: int, interval: Interval) -> tuple[Row
 def change_text(change: float) -> str:
     """Write the size of a change of pixel values, 0 to 1, to a thousandth."""
     size = abs(change)
-    return "< .001" if size < LEAST_SAID else short(round(size, 3))
+    return "< .001" if size < LEAST_SHOWN else short(round(size, 3))
 
 
 def source_text(workspace: Workspace) -> str:

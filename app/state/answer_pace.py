@@ -1,7 +1,7 @@
-"""Rhythm and sizes of answers while something moves.
+"""When answers are due while something moves, and at what size.
 
-All answers together take a tenth of the time, at most a fifth; the rest is for pictures. But no
-shown answer is more than half a second old. So answers get smaller, not rarer.
+All answers together take a tenth of the time, at most a fifth; the rest is for pictures. No shown
+answer may be more than half a second old, so answers get smaller, not rarer.
 """
 
 from __future__ import annotations

@@ -169,7 +169,7 @@ class EditedInput(QObject, Generic[T]):
             self.is_edited = was_edited
 
     def set(self, value: T, text: str = "", merge_key: str | None = None) -> None:
-        """Change the value without a drag: one edit; a current drag is another one before it."""
+        """Change the value without a drag, as one edit; a current drag ends first, as another."""
         self.finish(text)
         self.move(value)
         self.finish(text, merge_key)
@@ -229,7 +229,7 @@ class Brightness(EditedInput[float | None]):
         return chosen * self.usual[engine] / self.usual["exact"]
 
     def set(self, value: float | None, text: str = "", merge_key: str | None = None) -> None:
-        """Choose a brightness, within its limits, as one edit with the last; None: the usual."""
+        """Choose a brightness; None for the usual. Choices in quick succession are one edit."""
         super().set(value, text, merge_key or "brightness")
 
     def expose(self, factor: float) -> None:

@@ -16,7 +16,7 @@ from model.scene.inputs import SceneInputs
 
 MOST_OWN_ERROR = 0.5  # of an image at rest, by the error that is measured against it
 MOST_SECONDS = 1.0  # of a first image; a slower one includes compiling
-LEAST_SAID = 1e-4  # error below which the estimate is noise
+LEAST_SHOWN = 1e-4  # error below which the estimate is noise
 
 LET_GO = "The image is coarser while something moves."
 WAIT = "The image becomes finer from here on."
@@ -31,7 +31,7 @@ TOO_LONG = "All pixels take too long here. Make the window smaller, or choose a 
 
 def error_text(error: float) -> str:
     """Write an error in two digits, such as ".0042"."""
-    return f"{max(error, LEAST_SAID):.2g}".replace("0.", ".", 1)
+    return f"{max(error, LEAST_SHOWN):.2g}".replace("0.", ".", 1)
 
 
 def rate_text(seconds: float) -> str:

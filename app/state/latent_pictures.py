@@ -325,5 +325,5 @@ class LatentPictures(QObject):
 
 
 def _look_of(inputs: SceneInputs) -> SceneInputs:
-    """Inputs that pictures of the map depend on besides their own opacity TF."""
+    """Inputs, other than the opacity TF, that pictures of the map depend on."""
     return replace(inputs, opacity_tf=replace(inputs.opacity_tf, modes=(), points=()))

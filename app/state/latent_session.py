@@ -152,7 +152,7 @@ class LatentSession(QObject):
         self._calls = self._opening, self._looking, self._choosing, self._computing
         self._chosen_by: object = None
         self._embedding: EmbeddingProcess | None = None
-        self._advanced.connect(self._tell_progress, Qt.ConnectionType.QueuedConnection)
+        self._advanced.connect(self._report_progress, Qt.ConnectionType.QueuedConnection)
         latent.choicesChanged.connect(self._choices_changed)
         # Not while the view turns: the engines need the processor then.
         state.inputsChangeFinished.connect(self._look)
@@ -235,7 +235,7 @@ class LatentSession(QObject):
         progress = partial(self._advanced.emit, process)
         self._computing.ask(partial(_embed, process, self.space, self.map, progress))
 
-    def _tell_progress(self, process: EmbeddingProcess, done: float) -> None:
+    def _report_progress(self, process: EmbeddingProcess, done: float) -> None:
         if process is self._embedding:
             self.progressed.emit(done)
 

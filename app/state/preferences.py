@@ -359,7 +359,7 @@ def _write_mask(path: Path, mask: Mask, volume: Volume) -> None:
 
 
 def _remove_old_masks(path: Path) -> None:
-    """Remove masks that one has replaced long ago; newer ones may belong to other windows."""
+    """Remove masks that were replaced long ago; newer ones may belong to other windows."""
     start = path.name.partition(".")[0]
     for other in path.parent.glob(f"{start}.*{MASK_END.lstrip('.')}"):
         with suppress(OSError):

@@ -110,7 +110,7 @@ class UpAxisCard(Card):
         self._state.viewChangeFinished.connect(self._follow_view)
         self._state.navigationChanged.connect(self._follow)
         self._state.tf_input.changeFinished.connect(lambda _tf: self._rest.start())
-        # A restarted analyst does not know the question.
+        # A restarted analyst has lost the request.
         self._workspace.reference.analystReplaced.connect(self._ask_for_pictures)
         self.hide()
 
@@ -124,7 +124,7 @@ class UpAxisCard(Card):
         self._ask_for_pictures()
 
     def _follow_view(self) -> None:
-        # Who turns the volume has seen the question; View > Up asks again.
+        # A user who turns the volume has seen the question; View > Up shows it again.
         if not (self._state.is_at_home or self.underMouse()):
             self.hide()
 

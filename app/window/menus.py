@@ -164,7 +164,7 @@ class Menus:
             if has_only_b():
                 self._toggle_b()
             elif self._two_follow():
-                # Who wants one image wants the true one.
+                # A single image is the true one.
                 panes.is_asked = len(panes.images) < 2
                 panes.shown = "both" if panes.is_asked else "reference"
             refresh()

@@ -100,14 +100,14 @@ class LatentSpace:
     def shipped(
         cls, scalar_range: Range, window: Range, scale: ValueScale = "linear"
     ) -> LatentSpace:
-        """Return the shipped codec's, stretched to a volume's scalar window."""
+        """Return the space of the shipped codec, stretched to a volume's scalar window."""
         digest, codec = load_codec()
         frame = TFFrame(scalar_range, window, scale)
         return cls(codec, frame, UNIT_SCENE, digest, (SHIPPED_CODEC, _cache(digest)))
 
     @classmethod
     def of_model(cls, folder: Path) -> LatentSpace:
-        """Return that of a model's own codec, over the whole scalar range of its volume."""
+        """Return the space of a model's codec, over the whole scalar range of its volume."""
         from model.networks.card import read_header
         from model.networks.checkpoint import load_model
 

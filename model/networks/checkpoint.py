@@ -59,7 +59,7 @@ def load_model(folder: Path) -> tuple[ModelCard, GeneratorNetwork]:
 
 
 class _NoNumbers(TorchFunctionMode):
-    """Skips the initialization of weights: torch would import its compiler, for a second."""
+    """Skips the initialization of weights, for which torch imports its compiler for a second."""
 
     def __torch_function__(self, func: Any, _types: Any, args: Any = (), kwargs: Any = None) -> Any:
         kwargs = kwargs or {}

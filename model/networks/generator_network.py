@@ -107,7 +107,7 @@ class GeneratorNetwork(nn.Module, ABC):
     def latent_features(
         self, conditions: Tensor, latent: Tensor, color_tf: Tensor
     ) -> tuple[Tensor, ...]:
-        """Return the same from latent codes (N, latent_dim) instead of opacity TFs."""
+        """Return :meth:`features` from latent codes (N, latent_dim) instead of opacity TFs."""
 
     @abstractmethod
     def decode(self, *features: Tensor) -> tuple[Tensor, Tensor]:

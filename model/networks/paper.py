@@ -329,7 +329,7 @@ class TwoStageGenerator(GeneratorNetwork):
 
     @property
     def codec(self) -> LatentCodec:
-        """The opacity generator's."""
+        """The opacity generator's codec."""
         return self.opacity
 
     def features(self, inputs: EncodedInputs) -> tuple[Tensor, ...]:
@@ -340,7 +340,7 @@ class TwoStageGenerator(GeneratorNetwork):
     def latent_features(
         self, conditions: Tensor, latent: Tensor, color_tf: Tensor
     ) -> tuple[Tensor, ...]:
-        """Return the same from latent codes."""
+        """See :meth:`GeneratorNetwork.latent_features`."""
         view = self.translation.view(conditions)
         return (
             self.opacity.encode_view(conditions),

@@ -146,9 +146,9 @@ ROWS = 16  # of an image that fit into a processor's cache together
 
 
 def fill_white_squares(image: NDArray[np.float32]) -> None:
-    """Interpolate the white squares of an image (H, W, 4) with a chessboard's black ones.
+    """Interpolate the white squares of a chessboard pattern in an image (H, W, 4).
 
-    The corner is black. White pixels are means of the two neighbours whose green differs less.
+    Pixel (0, 0) is black. White ones are means of the two neighbours whose green differs less.
     """
     around = np.pad(image, ((1, 1), (1, 1), (0, 0)), mode="reflect")
     # Pixels that are copied as wholes take a third of the time.

@@ -65,7 +65,7 @@ def smooth_distance(distance: float, lighting: Lighting) -> float:
     """Return the sample distance of the ray caster's final pictures, in voxels, from VTK's.
 
     Samples half a voxel apart show rings in thin layers of a TF, also with VTK. The ray caster
-    avoids them, as close samples take little time. Paths have no steps.
+    avoids them, as dense samples take little time. Path-traced light does not use the distance.
     """
     return distance if lighting == "path" else distance / SMOOTH
 

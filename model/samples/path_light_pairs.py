@@ -1,6 +1,6 @@
 """Training pairs of the network behind the denoiser: pictures of few samples and of many.
 
-Volumes take turns, with one block of pairs each; a block is a file, and is drawn once, as its
+Volumes alternate, with one block of pairs each; a block is a file, and is drawn once, as its
 random numbers depend only on seed, volume and block. Finished blocks stay after an interruption.
 """
 

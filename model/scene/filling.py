@@ -10,17 +10,16 @@ from numpy.typing import NDArray
 
 from model.threads import in_threads
 
-LAYERS = 2  # how many voxels deep missing ones are filled: interpolation reads one, gradients two
+LAYERS = 2  # depth of missing voxels that are filled: interpolation reads one, gradients two
 
 
 def filled(voxels: NDArray[Any], missing: NDArray[np.bool_], elsewhere: float) -> NDArray[Any]:
     """Return a copy with missing voxels replaced by values like those around them.
 
-    Renderers leave out every sample whose nearest voxel is missing. What lies nearer to a measured
-    one is interpolated, and its gradient taken, with voxels up to two farther away: these get the
-    mean of their neighbours, rounded for whole numbers, so that what is stored where nothing was
-    measured appears nowhere. Those farther than :data:`LAYERS` get a value that the voxels' type
-    holds.
+    Renderers leave out samples whose nearest voxel is missing. Other samples near the border still
+    interpolate missing voxels, up to :data:`LAYERS` deep for gradients. These get the mean of their
+    neighbours, rounded for whole numbers, so that a number stored where nothing was measured is
+    never seen. Deeper ones get `elsewhere`, which the voxels' type must hold.
     """
     values, known, places = np.empty(voxels.shape, voxels.dtype), ~missing, range(len(voxels))
 

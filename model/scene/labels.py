@@ -1,4 +1,4 @@
-"""Labels: whole numbers that each stand for something, such as an organ."""
+"""Labels: whole numbers that each name something, such as an organ."""
 
 import re
 

@@ -16,7 +16,7 @@ from model.scene.volume import Volume
 class Mask:
     """The voxels that are shown; all others are transparent under any TF.
 
-    Between the two, a share of what the TF makes opaque is shown: interpolated, but of labels.
+    Between shown and hidden voxels, the opacity falls linearly; between labels it is cut.
     """
 
     shape: tuple[int, int, int]  # of the volume's voxels (nz, ny, nx)
@@ -68,7 +68,7 @@ def masked_voxels(volume: Volume, mask: Mask) -> NDArray[np.bool_]:
 
 
 def grown(voxels: NDArray[np.bool_], shown: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Return voxels and all that touch them, if by a corner only, but for others that are shown."""
+    """Return voxels and the hidden ones (not `shown`) that touch them, if only by a corner."""
     grown = voxels
     for axis in range(3):
         before, grown = np.moveaxis(grown, axis, 0), grown.copy()

@@ -47,11 +47,11 @@ def percentile_range(volume: Volume, low: float, high: float) -> Range:
 def robust_range(volume: Volume) -> Range:
     """Return the range of the voxels without a few outliers, a long thin tail, or a fill value.
 
-    If all but a thousandth at either end take an eighth of the whole range, that is it. Otherwise
-    an end farther out than their width is moved in, to the outermost voxel within that distance.
-    The most frequent value, such as air, does not count. The range includes it unless the others
-    would fill less than an eighth; then an eighth of their width is left free on its side. For
-    labels see :func:`label_range`.
+    The bulk is all voxels but a thousandth at either end and the most frequent value, such as air.
+    That value is added if the bulk still fills an eighth of their range. If the bulk fills an eighth
+    of the whole range, this is returned. Otherwise an end farther from the bulk than its width is
+    moved in to the outermost voxel that is not, with an eighth of the width as a margin on the side
+    of a frequent value that was not added. For labels see :func:`label_range`.
     """
     if volume.file.is_labels and volume.scale == "linear":
         return label_range(volume)
@@ -111,7 +111,7 @@ def _outermost(distribution: Distribution, lo: float, hi: float) -> Range:
     return min(lows), max(highs)
 
 
-LEAST_OVERLAP = 4 / TF_SAMPLES  # least share of a TF's range in the volume to be of use
+LEAST_OVERLAP = 4 / TF_SAMPLES  # least share of a TF's range that must lie in the volume
 
 LEAST_SHARE, LEAST_STEPS = 1 / 1024, 8
 """Share of the volume's range, or steps of its whole numbers, that a TF made for it must cover: 40

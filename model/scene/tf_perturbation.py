@@ -1,7 +1,7 @@
-"""Smooth edits of the opacity TF, for which sensitivities are given.
+"""Smooth edits of the opacity TF, which sensitivities refer to.
 
-Users do not edit single bins, and networks, trained on smooth TFs only, answer these with noise.
-Generators and renderers therefore give sensitivities to Gaussian edits of some width.
+Users do not edit single bins, and networks that were trained on smooth TFs give noise for them.
+Sensitivities are therefore derivatives by Gaussian edits of some width.
 """
 
 import math

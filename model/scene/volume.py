@@ -26,7 +26,7 @@ ChoiceKind = Literal["series", "array", "time", "channel", "component"]  # of se
 
 
 class Caution(str):
-    """A reader's note that stays in sight until it is dismissed, as shapes may be wrong."""
+    """A reader's note on wrong shapes, which the window shows until the user dismisses it."""
 
     __slots__ = ()
 

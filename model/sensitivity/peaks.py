@@ -119,7 +119,7 @@ def contributions(
 
 
 def percentages(found: Sequence[Contribution]) -> tuple[int, ...]:
-    """Return shares in whole percent that add up to no more than all.
+    """Return shares in whole percent that add up to at most 100.
 
     If rounding gives 101, the share that was rounded up most is reduced.
     """
