@@ -48,10 +48,10 @@ def robust_range(volume: Volume) -> Range:
     """Return the range of the voxels without a few outliers, a long thin tail, or a fill value.
 
     The bulk is all voxels but a thousandth at either end and the most frequent value, such as air.
-    That value is added if the bulk still fills an eighth of their range. If the bulk fills an eighth
-    of the whole range, this is returned. Otherwise an end farther from the bulk than its width is
-    moved in to the outermost voxel that is not, with an eighth of the width as a margin on the side
-    of a frequent value that was not added. For labels see :func:`label_range`.
+    That value is added if the bulk still fills an eighth of the sum. If the bulk fills an eighth of
+    the whole range, the whole range is returned. Otherwise an end farther from the bulk than its
+    width is moved in to the outermost voxel within the width; on the side of a frequent value that
+    was not added, an eighth of the width is added as a margin. For labels: :func:`label_range`.
     """
     if volume.file.is_labels and volume.scale == "linear":
         return label_range(volume)
