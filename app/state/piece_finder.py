@@ -73,7 +73,7 @@ class PieceFinder(QObject):
         self._state.mask_input.set(mask, "isolate piece" if alone else "cut piece away")
         what = f"piece of {self.space_of(piece)}"
         said = f"Only this {what} is shown." if alone else f"A {what} is cut away."
-        back = "Undo or View > Show all voxels shows everything again."
+        back = "Undo or Edit > Show all voxels shows everything again."
         self._say(f"{said} {back} File > Save mask writes this to a file.")
 
     def _follow(self, what: str) -> None:

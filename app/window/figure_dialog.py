@@ -175,9 +175,9 @@ class FigureDialog(QDialog):
     def _follow(self) -> None:
         """Enable what the choices allow, and show a preview."""
         which, is_movie = self.which_box.currentData(), self.movie_box.isChecked()
-        is_one = len(CONTENTS[which][1]) == 1 and which != "difference"
-        self._form.setRowVisible(self.movie_box, is_one)
-        if is_movie and not is_one:
+        # The difference is saved as it is on the screen.
+        self._form.setRowVisible(self.movie_box, which != "difference")
+        if is_movie and which == "difference":
             self.movie_box.setChecked(False)
             return
         for box in (self.seconds_box, self.rate_box):

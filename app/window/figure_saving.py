@@ -141,16 +141,21 @@ class FigureSaving(QObject):
             return "A movie is being written" if self._writing.is_running else ""
         return f"{job.place.name if job.place else 'A figure to be copied'} is being drawn"
 
-    def ask(self) -> None:
-        """Ask what to show, how and where, and save or copy it."""
-        sizes = self.sizes()
-        if not sizes:
-            self._context.fail("There is no image to save yet. Wait until one is shown.", KEY)
+    def ask(self, copies: bool = False) -> None:
+        """Ask what to show, how and where, and save or copy it; or copy it as shown."""
+        sizes, first = self.sizes(), self.first_choice()
+        if self.unfinished or not sizes:
+            none_yet = "There is no image to save yet. Wait until one is shown."
+            running = f"{self.unfinished}. Wait for it, or cancel it."
+            self._context.fail(running if self.unfinished else none_yet, KEY)
             return
-        if self.unfinished:
-            self._context.fail(f"{self.unfinished}. Wait for it, or cancel it.", KEY)
+        if copies:
+            which = first.which if first.which in sizes else next(iter(sizes))
+            width, height = sizes[which]
+            shown = replace(first, which=which, width=width, height=height, seconds=0.0)
+            self.draw(shown, None)
             return
-        dialog = FigureDialog(sizes, self.first_choice(), self._context.window)
+        dialog = FigureDialog(sizes, first, self._context.window)
         for name, pane in self._panes.items():
             dialog.which_box.setItemText(dialog.which_box.findData(name), pane.title)
         dialog.preview = partial(self._ask_for_preview, dialog)
@@ -158,9 +163,9 @@ class FigureSaving(QObject):
         accepted = dialog.exec() == QDialog.DialogCode.Accepted
         self._preview = None
         self._previews.cancel()
-        choice, copies = dialog.choice(), dialog.copies
+        choice = dialog.choice()
         dialog.deleteLater()
-        if accepted and copies:
+        if accepted and dialog.copies:
             self.draw(choice, None)
         elif accepted:
             filters, suffixes, name = FIGURE_FILTER, _suffixes(), "figure"
@@ -182,7 +187,7 @@ class FigureSaving(QObject):
         work = self._context.workspace.reference
         is_traced = "path" in (work.settings.lighting, work.settings_b.lighting)
         samples = (last.samples or FIGURE_SAMPLES) if is_traced else 0
-        seconds = last.seconds if which in self._panes else 0.0
+        seconds = 0.0 if which == "difference" else last.seconds
         return FigureChoice(last.longer_side, 0, *look, which, samples, seconds, last.rate)
 
     def sizes(self) -> dict[Which, Size]:
@@ -334,7 +339,11 @@ class FigureSaving(QObject):
         if not choice.seconds:
             self._end()
             _add_texts(image, job)
-            self._deliver(image, job.place)
+            if job.place is None:
+                QGuiApplication.clipboard().setImage(image)
+                self._context.status.say("Copied.")
+            else:
+                self._context.saved(KEY, save_image, job.place, image)
             return
         job.images.clear()
         job.pictures.put(pixels_of(image))
@@ -350,13 +359,6 @@ class FigureSaving(QObject):
             self._context.status.say("Writing the movie …")
         else:
             self._ask(self._channels, job, choice.samples)
-
-    def _deliver(self, image: QImage, place: Path | None) -> None:
-        if place is None:
-            QGuiApplication.clipboard().setImage(image)
-            self._context.status.say("Copied.")
-        else:
-            self._context.saved(KEY, save_image, place, image)
 
     def _movie_written(self, path: Path) -> None:
         self._close_progress()

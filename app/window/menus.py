@@ -63,7 +63,7 @@ class Menus:
         self._of_b = self._fill_of_b()
         self._fill_bar()
         for title, fill in (
-            ("&File", self._fill_file), ("&View", self._fill_view),
+            ("&File", self._fill_file), ("&Edit", self._fill_edit), ("&View", self._fill_view),
             ("&Region", self._fill_region), ("&Help", self._fill_help),
         ):  # fmt: skip
             menu = window.top_bar.menu_bar.addMenu(title)
@@ -183,7 +183,7 @@ class Menus:
         difference = self._act(bar.difference, show_difference, "D")
         browse = lambda: latent.choose(shown=not latent.choices.shown)  # noqa: E731
         browsing = self._act(bar.browse, browse, "B", "Ctrl+B")
-        self._saving = self._act(bar.save, window.saving.ask, "Ctrl+Shift+S", "Ctrl+Shift+C")
+        self._saving = self._act(bar.save, window.saving.ask, "Ctrl+Shift+S")
         show_crop = lambda: crop.set_shown(not crop.is_shown)  # noqa: E731
         cropping = self._act(window.tools.crop, show_crop, "K", "Ctrl+K")
 
@@ -250,6 +250,7 @@ class Menus:
         self._add(menu, "&Save TF…", files.save_transfer_function, keys.Save)
         self._add_recent(menu, "transfer_functions")
         menu.addSeparator()
+        self._fill_models(menu.addMenu("Mode&ls"))
         open_mask = partial(files.ask, "Open mask or labels", VOLUME_FILTER, files.open_mask)
         self._add(menu, "Open mas&k…", open_mask, is_there=self._if_opened())
         self._add(menu, "Save mask…", files.save_mask, is_there=self._has_mask)
@@ -259,8 +260,21 @@ class Menus:
         self._add(menu, "Save sess&ion…", window.sessions.ask_and_save, "Ctrl+Alt+S")
         self._add_recent(menu, "sessions")
         menu.addSeparator()
-        self._add(menu, "Se&ttings…", self._show_settings, "Ctrl+,")
         self._add(menu, "&Quit", window.close, "Ctrl+Q")
+
+    def _fill_edit(self, menu: QMenu) -> None:
+        window = self._window
+        self._add_undo(menu)
+        menu.addSeparator()
+        self._add(menu, "&Copy image", partial(window.saving.ask, copies=True), "Ctrl+Shift+C")
+        menu.addSeparator()
+        for text, key, alone in (("&Isolate piece", "I", True), ("Cut piece &away", "X", False)):
+            take = partial(window.slices.take_piece, alone)
+            self._add(menu, text, take, key, of=window.images_and_slices)
+        show_all = window.state.show_all_voxels
+        self._add(menu, "Show all &voxels", show_all, is_there=self._has_mask)
+        menu.addSeparator()
+        self._add(menu, "&Settings…", self._show_settings, "Ctrl+,")
 
     def _show_settings(self) -> None:
         window = self._window
@@ -277,8 +291,6 @@ class Menus:
         def toggle_full() -> None:
             window.showNormal() if window.isFullScreen() else window.showFullScreen()
 
-        self._add_undo(menu)
-        menu.addSeparator()
         self._add(menu, "&Reset view", state.reset_view, "Ctrl+0")
         self._add(menu, "Zoom to f&it", state.view_whole, "Ctrl+9")
         sides = menu.addMenu("Fr&om")
@@ -326,10 +338,6 @@ class Menus:
         )  # fmt: skip
         slices = window.slices
         self._add(menu, "S&lices", slices.toggle, "S", is_on=lambda: slices.is_shown)
-        for text, key, alone in (("Isolate pie&ce", "I", True), ("Cut piece awa&y", "X", False)):
-            take = partial(slices.take_piece, alone)
-            self._add(menu, text, take, key, of=window.images_and_slices)
-        self._add(menu, "Show all &voxels", state.show_all_voxels, is_there=self._has_mask)
         for overlay, text, keys in OVERLAYS:
             toggle, has = partial(overlays.toggle, overlay), partial(overlays.has, overlay)
             self._add(menu, text, toggle, keys, is_on=has)
@@ -442,11 +450,10 @@ class Menus:
     def _fill_help(self, menu: QMenu) -> None:
         self._add(menu, "&Keys and gestures", partial(show_gestures, self._window), "F1")
         self._add(menu, "G&lossary", partial(open_glossary, self._window))
-        self._add_networks(menu.addMenu("The paper's &networks"))
         self._add(menu, "&About tfscope", partial(show_about, self._window))
 
-    def _add_networks(self, menu: QMenu) -> None:
-        """Add the shipped networks, those of the open volume, and entries for others."""
+    def _fill_models(self, menu: QMenu) -> None:
+        """Add the shipped models, those of the open volume, and entries for others."""
         show_tips(menu)
         files, workspace = self._window.files, self._window.workspace
         listed: list[QAction] = []

@@ -422,6 +422,12 @@ def test_figures_have_both_with_one_legend(qtbot, window, builders, tmp_path, mo
     # B is brighter everywhere: the colour of the upper end, not a grey.
     colors = saved.pixelColor(680, 150).getRgb()[:3]
     assert max(colors) - min(colors) > 20
+    # Both turn together in a movie.
+    asked.clear()
+    window.saving.draw(replace(choice, seconds=0.5, rate=8), tmp_path / "both.gif")
+    qtbot.waitUntil(lambda: "Saved" in window.status.news, timeout=20_000)
+    views, tfs = [r.inputs.view for r in asked], {r.inputs.opacity_tf for r in asked}
+    assert len(views) == 8 and views[::2] == views[1::2] and len(set(views)) == 4 and len(tfs) == 2
 
 
 def test_an_image_of_b_that_fails_says_so(qtbot, window, builders):

@@ -3,6 +3,7 @@ import threading
 import imageio.v3 as iio
 import numpy as np
 import pytest
+from mouse_events import action
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QGuiApplication, QImage
 from PySide6.QtTest import QTest
@@ -61,6 +62,10 @@ def test_figures_are_saved_and_copied(qtbot, window, builders, tmp_path, monkeyp
     window.reference.canvas.show_image(QImage(30, 30, QImage.Format.Format_RGB888))
     window.saving.ask()
     assert offered == [window.reference.canvas.pixels]
+    window.status.say("")
+    action(window, "Copy image").trigger()
+    qtbot.waitUntil(lambda: window.status.news == "Copied.")
+    assert QGuiApplication.clipboard().image().size().toTuple() == offered[0]
     assert "generator" not in window.saving.sizes()
 
 
@@ -298,7 +303,7 @@ def test_each_of_what_it_may_show_has_its_proportions(qtbot):
     assert (dialog.choice().width, dialog.choice().height) == (2000, 2000)
     assert dialog.legend_box.isHidden() and dialog.background_box.isHidden()
     choose(dialog, "which_box", "Both")
-    assert not dialog.legend_box.isHidden() and dialog.movie_box.isHidden()
+    assert not dialog.legend_box.isHidden() and not dialog.movie_box.isHidden()
     # Each choice is previewed.
     choose(dialog, "background_box", "White")
     assert asked[-1] == dialog.choice() and asked[-1].background == WHITE

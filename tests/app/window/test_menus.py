@@ -58,7 +58,7 @@ def test_a_shipped_network_opens_with_its_volume(qtbot, make_window, builders, s
     window = make_window("other", model=None)
     opened = []
     window.workspace.volumeOpened.connect(lambda volume: opened.append(volume.path))
-    menu = menu_of(window, "Help", "The paper's networks")
+    menu = menu_of(window, "File", "Models")
     assert visible(menu) == ["Ramp, no light", "Open model…"]
     assert menu.actions()[0].toolTip() == "RMSE 0.050."
     menu.actions()[0].trigger()
@@ -79,7 +79,7 @@ def test_no_entry_stands_in_two_places_and_none_is_there_that_cannot_be_used(
     bar = window.top_bar
     buttons = [b.accessibleName() for b in (bar.compare, bar.difference, bar.browse, bar.save)]
     found = [*buttons, bar.light.accessibleName()]
-    menus = [menu_of(window, title) for title in ("File", "View", "Region", "Help")]
+    menus = [menu_of(window, title) for title in ("File", "Edit", "View", "Region", "Help")]
     while menus:
         menu = menus.pop()
         found += visible(menu)
@@ -91,7 +91,7 @@ def test_no_entry_stands_in_two_places_and_none_is_there_that_cannot_be_used(
 
 def test_settings_are_found_by_words_and_apply_at_once(qtbot, make_window):
     window = make_window()
-    (action,) = [a for a in window.findChildren(QAction) if a.text() == "Se&ttings…"]
+    (action,) = [a for a in window.findChildren(QAction) if a.text() == "&Settings…"]
     action.trigger()
     (dialog,) = window.findChildren(SettingsDialog)
     everything = dialog.found
