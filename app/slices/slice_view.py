@@ -165,7 +165,7 @@ class SliceView(pg.GraphicsView):  # type: ignore[misc]
         if drawn != self._drawn:
             self._drawn = drawn
             hidden = None if volume.hidden is None else plane.cut(volume.hidden, state.place)
-            values, ink = plane.cut(volume.voxels, state.place), QColor(theme.ON_IMAGE.visible)
+            values, ink = plane.cut(volume.shown, state.place), QColor(theme.ON_IMAGE.visible)
             picture = paint.picture(values, hidden, state.band, ink.rgb() & 0xFFFFFF)
             cut = slices.cut_away(volume, plane, state.place, *hides)
             if cut is not None:

@@ -184,7 +184,7 @@ class Slices(QObject):
         if place is not None and volume is not None:
             x, y, z = voxel_of(volume, place)
             lowest, highest = volume.scalar_range
-            value = min(max(float(volume.voxels[z, y, x]), lowest), highest)
+            value = min(max(float(volume.shown[z, y, x]), lowest), highest)
         if self._holds and value != self._under:
             self._holds = False
             self._context.sensitivity.hover(None)

@@ -57,7 +57,7 @@ def pieces_at(volume: Volume, inputs: SceneInputs, place: NDArray[np.float64]) -
     first, end = np.rint(inputs.part.corners(volume)[:, ::-1]).astype(int)
     end = np.maximum(first, end)
     part = tuple(slice(a, b + 1) for a, b in zip(first, end, strict=True))
-    voxels, shown = volume.voxels[part], np.ones(1, dtype=bool)
+    voxels, shown = volume.shown[part], np.ones(1, dtype=bool)
     if inputs.mask is not None:
         shown = ~masked_voxels(volume, inputs.mask)[part]
     if volume.hidden is not None:

@@ -116,7 +116,7 @@ def values_at(
         at = tuple(corner.T[::-1])
         if hidden is not None:
             weight = np.where(hidden[at], 0.0, weight)
-        total += np.where(weight > 0, weight * volume.voxels[at].astype(np.float64), 0.0)
+        total += np.where(weight > 0, weight * volume.shown[at].astype(np.float64), 0.0)
         weights += weight
     known = ~missing & (weights > 0)
     return np.where(known, total / np.where(known, weights, 1.0), np.nan)

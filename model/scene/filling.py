@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -10,49 +11,59 @@ from numpy.typing import NDArray
 
 from model.threads import in_threads
 
-LAYERS = 2  # depth of missing voxels that are filled: interpolation reads one, gradients two
+PART = 1 << 14  # voxels that are filled at a time
+LAYERS = 2  # how many voxels deep missing ones are filled: interpolation reads one, gradients two
 
 
-def filled(voxels: NDArray[Any], missing: NDArray[np.bool_], elsewhere: float) -> NDArray[Any]:
-    """Return a copy with missing voxels replaced by values like those around them.
+def fill(voxels: NDArray[Any], missing: NDArray[np.bool_]) -> NDArray[Any]:
+    """Write values like those around them to missing voxels, in place, and return the array.
 
-    Renderers leave out samples whose nearest voxel is missing. Other samples near the border still
-    interpolate missing voxels, up to :data:`LAYERS` deep for gradients. These get the mean of their
-    neighbours, rounded for whole numbers, so that a number stored where nothing was measured is
-    never seen. Deeper ones get `elsewhere`, which the voxels' type must hold.
+    Renderers leave out every sample whose nearest voxel is missing. What lies nearer to a measured
+    one is interpolated, and its gradient taken, with voxels up to two farther away: these get the
+    mean of their neighbours, rounded for whole numbers, so that what is stored where nothing was
+    measured appears nowhere. Those farther than :data:`LAYERS` stay as they are. The arrays are
+    C-contiguous.
     """
-    values, known, places = np.empty(voxels.shape, voxels.dtype), ~missing, range(len(voxels))
-
-    def begin(z: int) -> None:
-        values[z] = np.where(missing[z], voxels.dtype.type(elsewhere), voxels[z])
-
-    in_threads(begin, places)
+    unknown, values = missing.copy(), voxels.reshape(-1)
     for _ in range(LAYERS):
-        # All at once: the means are those of the layer before.
-        found = in_threads(lambda z: _means(values, known, z), places)
-        for z, (edge, means) in enumerate(found):
-            values[z][edge] = means
-            known[z][edge] = True
-    return values
+        edge = np.concatenate(in_threads(partial(_edge, unknown), range(len(unknown))))
+        parts = np.array_split(edge, len(edge) // PART + 1)
+        # All at once, as the means are those of the layer before.
+        means = in_threads(partial(_means, values, unknown), parts)
+        values[edge] = np.concatenate(means)
+        unknown.reshape(-1)[edge] = False
+    return voxels
+
+
+def _edge(unknown: NDArray[np.bool_], z: int) -> NDArray[np.intp]:
+    """Return the places of a plane's unknown voxels that touch known ones."""
+    if not unknown[z].any():
+        return np.empty(0, np.intp)
+    deep = np.logical_and.reduce(unknown[max(z - 1, 0) : z + 2])
+    own = deep.copy()
+    deep[1:] &= own[:-1]
+    deep[:-1] &= own[1:]
+    own = deep.copy()
+    deep[:, 1:] &= own[:, :-1]
+    deep[:, :-1] &= own[:, 1:]
+    return np.flatnonzero(unknown[z] > deep) + z * deep.size
 
 
 def _means(
-    values: NDArray[Any], known: NDArray[np.bool_], z: int
-) -> tuple[tuple[NDArray[np.intp], ...], NDArray[Any]]:
-    """Find a plane's unknown voxels that touch known ones, and the mean of those in 26."""
-    near = slice(max(z - 1, 0), z + 2)
-    if known[z].all() or not known[near].any():
-        return (np.empty(0, np.intp),) * 2, np.empty(0, values.dtype)
-    there = np.pad(known[near], ((0, 0), (1, 1), (1, 1)))
-    rows = np.logical_or.reduce(there)
-    rows = rows[:-2] | rows[1:-1] | rows[2:]
-    y, x = np.nonzero((rows[:, :-2] | rows[:, 1:-1] | rows[:, 2:]) & ~known[z])
-    total, count = np.zeros(len(y)), np.zeros(len(y), dtype=np.int64)
-    for (plane, is_known), dy, dx in itertools.product(
-        zip(values[near], there, strict=True), (-1, 0, 1), (-1, 0, 1)
-    ):
-        counts = is_known[y + dy + 1, x + dx + 1]
-        total += np.where(counts, plane.take((y + dy) * plane.shape[1] + x + dx, mode="clip"), 0)
+    values: NDArray[Any], unknown: NDArray[np.bool_], places: NDArray[np.intp]
+) -> NDArray[Any]:
+    """Return the mean of the known voxels among the 26 around each place."""
+    total, count = np.zeros(len(places)), np.zeros(len(places), dtype=np.int64)
+    _, height, width = shape = unknown.shape
+    along = zip(np.unravel_index(places, shape), shape, (height * width, width, 1), strict=True)
+    axes = [
+        [(at * stride, (at >= 0) & (at < length)) for at in (place - 1, place, place + 1)]
+        for place, length, stride in along
+    ]
+    for (z, in_z), (y, in_y), (x, in_x) in itertools.product(*axes):
+        at = z + y + x
+        counts = in_z & in_y & in_x & ~unknown.take(at, mode="clip")
+        total += np.where(counts, values.take(at, mode="clip"), 0)
         count += counts
     means = total / count
-    return (y, x), (np.rint(means) if values.dtype.kind in "iu" else means).astype(values.dtype)
+    return (np.rint(means) if values.dtype.kind in "iu" else means).astype(values.dtype)

@@ -103,9 +103,9 @@ def place_at(volume: Volume, voxel: tuple[int, int, int]) -> Triple:
 def stored_at(volume: Volume, place: Triple) -> float | None:
     """Return the file's value of the voxel at a place; None if it is missing."""
     x, y, z = voxel_of(volume, place)
-    hidden = volume.hidden
-    is_missing = hidden is not None and hidden[z, y, x]
-    return None if is_missing else float(volume.linear.voxels[z, y, x])
+    if volume.missing is not None and volume.missing[z, y, x]:
+        return volume.linear.data_range[0] if volume.draws_missing else None
+    return float(volume.linear.voxels[z, y, x])
 
 
 def cut_away(

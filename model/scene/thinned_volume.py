@@ -40,7 +40,7 @@ class ThinnedVolume:
         strides = [-(-length // GRID) for length in volume.voxels.shape]
         lo, hi = volume.scalar_range
         taken = tuple(slice(s // 2, None, s) for s in strides)
-        some = volume.voxels[taken]
+        some = volume.shown[taken]
         spacing = np.array(volume.spacing[::-1]) / volume.voxel_size
         places = np.clip((some.astype(np.float64) - lo) / (hi - lo), 0.0, 1.0)
         levels = np.rint(places * (LEVELS - 1)).astype(np.uint16)

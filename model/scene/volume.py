@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from model.errors import VolumeError
 from model.scene.distribution import Distribution, Range
-from model.scene.filling import filled
+from model.scene.filling import fill
 from model.scene.value_scale import ValueScale, logarithms, value_at
 
 ChoiceKind = Literal["series", "array", "time", "channel", "component"]  # of several volumes
@@ -105,11 +105,11 @@ class Volume:
     file: FileFacts = field(default=FileFacts())  # metadata of the volume's file
     chosen_range: Range | None = None  # a scalar range other than that of the voxels, see `over`
     missing: NDArray[np.bool_] | None = None
-    """True for voxels without a measurement; None if there are none. Their finite values are
-    ignored by ranges, histograms, statistics and TFs, and they are transparent, see :attr:`hidden`.
-    An array without True becomes None. Shape (nz, ny, nx)."""
-    draws_missing: bool = False
-    """Whether missing voxels are drawn with their stored numbers, see :meth:`drawing_missing`."""
+    """True for voxels without a measurement; None if there are none. Ranges, histograms, statistics
+    and TFs ignore their finite values. They are transparent, see :attr:`hidden`, but measured ones
+    are interpolated with them, so :func:`~model.scene.filling.fill` has to fill them. An array
+    without True becomes None. Shape (nz, ny, nx)."""
+    draws_missing: bool = False  # with the lowest measured value, see `drawing_missing`
     scale: ValueScale = "linear"
     """"log" if the voxels are the logarithms of those of `linear`, see :meth:`on_scale`. Voxels and
     ranges are then on that scale."""
@@ -188,6 +188,9 @@ class Volume:
         if scale == "linear":
             return stored.drawing_missing(self.draws_missing)
         voxels = logarithms(stored.voxels, stored.distribution)
+        if voxels is not None and stored.missing is not None:
+            # The mean of logarithms, as the logarithm of a mean is that of the largest values.
+            fill(voxels, stored.missing)
         if voxels is None:
             raise VolumeError(
                 f"{self.name}: no value is above zero, so there is no logarithm to show; "
@@ -209,9 +212,10 @@ class Volume:
             ) from None
 
     def drawing_missing(self, drawn: bool) -> Volume:
-        """Return the same volume with missing voxels drawn with their stored numbers, or not."""
+        """Return the volume with missing voxels drawn with the lowest measured value, or not."""
         volume = copy.copy(self)
         object.__setattr__(volume, "draws_missing", drawn)
+        vars(volume).pop("_lowered", None)
         return volume
 
     @property
@@ -221,13 +225,19 @@ class Volume:
 
     @property
     def shown(self) -> NDArray[np.generic]:
-        """Voxels for renderers: hidden ones have values like those around them."""
-        return self.voxels if self.hidden is None else self._filled
+        """Voxels as they are drawn."""
+        return self._lowered if self.draws_missing else self.voxels
 
     @cached_property
-    def _filled(self) -> NDArray[np.generic]:
-        assert self.missing is not None
-        return filled(self.voxels, self.missing, self.data_range[0])
+    def _lowered(self) -> NDArray[np.generic]:
+        return self._with_lowest(slice(None))
+
+    def _with_lowest(self, planes: slice) -> NDArray[np.generic]:
+        """Copy planes, with the lowest measured value for missing voxels."""
+        voxels: NDArray[np.generic] = self.voxels[planes]
+        if self.missing is None:
+            return voxels
+        return np.where(self.missing[planes], self.distribution.ends[0], voxels)
 
     @cached_property
     def missing_share(self) -> float:
@@ -240,7 +250,7 @@ class Volume:
         if self.missing is None:
             return ""
         share = max(100 * self.missing_share, 0.01)
-        drawn = "drawn as what is stored there" if self.draws_missing else "not drawn"
+        drawn = "drawn with the lowest value" if self.draws_missing else "not drawn"
         return f"{share:.2g} % of the voxels are missing, and {drawn}."
 
     @property
@@ -378,7 +388,9 @@ class Volume:
         little = self.voxels.dtype.newbyteorder("<")
         spacing = [float(s) for s in self.spacing]
         digest.update(f"{little.str} {self.dimensions} {spacing}".encode())
-        digest.update(np.ascontiguousarray(self.voxels.astype(little, copy=False)).data)
+        for z in range(len(self.voxels)):
+            plane = self._with_lowest(slice(z, z + 1)).astype(little, copy=False)
+            digest.update(np.ascontiguousarray(plane).data)
         if self.missing is not None:
             digest.update(np.packbits(self.missing).data)
         return digest.hexdigest()

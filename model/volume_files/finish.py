@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from model.errors import VolumeError
 from model.scene.distribution import Distribution
+from model.scene.filling import fill
 from model.scene.orientation import line_distance
 from model.scene.view import axis_labelled
 from model.scene.volume import Content, Volume, is_resolved
@@ -58,9 +59,10 @@ def make_volume(path: Path, grid: Grid, choice: Choice = LARGEST) -> Volume:
             "wide, and would be a thin line; the first view is of its middle."
         )
         grid = replace(grid, notes=(*grid.notes, note))
+    values = grid.values if grid.missing is None else fill(grid.values, grid.missing)
     try:
         return Volume(
-            grid.values,
+            values,
             grid.spacing,
             usable_origin(grid.origin),
             readable_name(path),

@@ -17,6 +17,7 @@ from model.rendering.raster import Raster
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.rendering.renderer import open_renderer
 from model.scene.crop import LEAST_LENGTH, CropBox
+from model.scene.filling import fill
 from model.scene.inputs import SceneInputs
 from model.scene.scene import LightDirection
 from model.scene.transfer_function import TF_SAMPLES, ColorTF, OpacityTF
@@ -318,7 +319,7 @@ _RASTERS = {
 def _parts():
     def without(where):
         garbage = np.where(where, 1e30, field()).astype(np.float32)
-        return {"volume": lambda: Volume(garbage, missing=where)}
+        return {"volume": lambda: Volume(fill(garbage, where), missing=where)}
 
     thin, near = 0.5 + LEAST_LENGTH, replace(VIEW, distance=0.02)
     two = np.ones(SHAPE, dtype=bool)

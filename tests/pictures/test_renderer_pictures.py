@@ -16,6 +16,7 @@ import pytest
 from model.rendering.raster import Raster
 from model.rendering.renderer import open_renderer
 from model.scene.crop import CropBox
+from model.scene.filling import fill
 from model.scene.inputs import SceneInputs
 from model.scene.scene import LightDirection, Lighting
 from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF
@@ -114,7 +115,7 @@ def _missing():
     voxels = _things(40, 36, 32)
     gone = (a > 0.05) & (b < -0.1)
     voxels[gone] = 9e9
-    return Volume(voxels.astype(np.float32), missing=gone)
+    return Volume(fill(voxels.astype(np.float32), gone), missing=gone)
 
 
 VOLUMES = {

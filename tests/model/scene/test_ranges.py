@@ -269,6 +269,8 @@ def test_missing_voxels_remain_missing_and_do_not_count():
     volume = Volume(voxels, missing=missing).on_scale("log")
     assert volume.data_range[0] == pytest.approx(np.log10(voxels[~missing].min()))
     assert volume.missing_share == pytest.approx(1 / 20)
+    around = np.log10(voxels[2:5:2, :3, :3])
+    assert volume.voxels[3, 1, 1] == pytest.approx(around.mean(), abs=1e-5)
     assert volume.drawing_missing(True).on_scale("linear").draws_missing
 
 

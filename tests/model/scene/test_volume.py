@@ -5,6 +5,7 @@ import pytest
 
 from model.errors import VolumeError
 from model.scene.crop import CropBox
+from model.scene.filling import fill
 from model.scene.thinned_volume import ThinnedVolume
 from model.scene.transfer_function import GaussianMode, OpacityTF
 from model.scene.volume import Volume
@@ -130,14 +131,17 @@ def test_a_sample_of_many_voxels_holds_measured_ones_only():
 
 def test_missing_voxels_go_with_the_volume():
     voxels, missing = patchy("int16", 30_000)
-    volume = Volume(voxels, missing=missing)
+    volume = Volume(fill(voxels.copy(), missing), missing=missing)
     over = volume.over((-100.0, 100.0))
     assert over.missing is missing and over.hidden is missing
     drawn = over.drawing_missing(True)
+    lowest = np.where(missing, voxels[~missing].min(), voxels)
+    np.testing.assert_array_equal(drawn.shown, lowest)
+    np.testing.assert_array_equal(drawn.drawing_missing(False).shown, volume.voxels)
     assert drawn.hidden is None and drawn.missing is missing
     assert drawn.scalar_range == over.scalar_range and drawn.data_range == volume.data_range
     assert drawn.drawing_missing(False).hidden is missing
-    assert volume.fingerprint == drawn.fingerprint
+    assert volume.fingerprint == drawn.fingerprint == Volume(lowest, missing=missing).fingerprint
     assert volume.fingerprint != Volume(voxels).fingerprint
     assert Volume(voxels, missing=np.zeros_like(missing)).missing is None
 
@@ -213,11 +217,11 @@ def test_the_box_lies_around_what_is_shown_and_not_around_specks():
 
 def test_missing_voxels_show_nothing_unless_they_are_drawn():
     voxels = np.full((8, 8, 8), 200, np.uint8)
-    voxels[0, 0, 0] = 0
+    voxels[0, 0, 0] = 250
     missing = np.zeros(voxels.shape, bool)
     missing[:, :, 3:] = True
     volume = Volume(voxels, missing=missing)
-    opacity = OpacityTF((0.0, 200.0), (GaussianMode(200.0, 10.0, 0.5),))
+    opacity = OpacityTF((200.0, 250.0), (GaussianMode(200.0, 10.0, 0.5),))
     thinned = ThinnedVolume.of(volume)
     assert thinned.shown_box(opacity).high[0] <= 0.5
     rays = thinned.ray_opacities(opacity)
