@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -359,6 +360,9 @@ def pixels_of(image: QImage) -> NDArray[np.uint8]:
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])  # of red, green and blue
 
 
+HALF_STEP = 0.5 / 255  # colour up to which a pixel of an 8-bit image is black
+
+
 @dataclass(frozen=True, eq=False)
 class Comparison:
     """Comparison of two images (H, W, 3): a generator's and the truth, or, signed, B and A.
@@ -411,8 +415,17 @@ class Comparison:
 
     @property
     def error(self) -> float:
-        """Root mean square of all differences."""
-        return float(np.sqrt(np.mean(self.apart**2)))
+        """Root mean square of the differences of the colours."""
+        return math.sqrt(self._mean((self.apart**2).mean(axis=-1)))
+
+    def _mean(self, values: NDArray[np.float64]) -> float:
+        """Mean of values (H, W); of B and A where either shows something.
+
+        Otherwise it would be less, the wider the pane: there is more background in it.
+        """
+        if self.is_of_b:
+            values = values[np.maximum(*self._pair).max(axis=-1) > HALF_STEP]
+        return float(values.mean()) if values.size else 0.0
 
     @cached_property
     def difference(self) -> NDArray[np.float64]:
@@ -449,7 +462,7 @@ class Comparison:
         what = "luminance of B − A" if self.is_of_b else "difference from the ground truth"
         if self.by_flip:
             of = "between A and B" if self.is_of_b else "against the ground truth"
-            what = f"FLIP error {of}, mean {short(self.difference.mean())},"
+            what = f"FLIP error {of}, mean {short(self._mean(self.difference))},"
         return f"{what} at {width} × {height} pixels"
 
 

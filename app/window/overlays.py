@@ -131,7 +131,10 @@ TIP = (
     f"Error (RMSE) against the ground truth, in the square that both images show. "
     f"{SENTENCES['RMSE']} Difference (D) shows where."
 )
-TIP_B = f"Difference (RMSE) from A. {SENTENCES['RMSE']} Difference (D) shows where."
+TIP_B = (
+    f"Difference (RMSE) from A, over the pixels where A or B shows something. "
+    f"{SENTENCES['RMSE']} Difference (D) shows where."
+)
 SHOWN = 0.0005  # least difference that is not 0 in the shown digits
 UNUSUAL = "It is far above the model's errors in tests, which had no such TF or view."
 

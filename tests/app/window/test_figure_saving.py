@@ -13,7 +13,7 @@ from rested_window import saved_figure
 from window_fakes import PATIENCE_S, FakeEngine
 
 from app.engines.requests import SupersededError
-from app.window.figure import FigureChoice, Subject, figure, pixels_of
+from app.window.figure import Comparison, FigureChoice, Subject, figure, pixels_of
 from app.window.figure_dialog import FigureDialog
 from model.errors import RenderError
 from model.rendering.scale_bar import Scale
@@ -376,3 +376,13 @@ def test_the_difference_is_brightest_where_it_is_largest():
     inside, outside = pixels[125, 125], pixels[60, 60]
     assert inside.sum() > outside.sum() + 60
     assert np.abs(pixels[240:, 150:] - outside).max() > 100
+
+
+@pytest.mark.parametrize("wide", [60, 300])
+def test_the_difference_of_a_and_b_is_that_of_what_they_show(wide):
+    a, b = (np.zeros((60, wide, 3), np.float32) for _ in range(2))
+    a[10:30, 10:30], b[20:40, 10:30] = 0.5, 0.5
+    # A third of what either shows is in both.
+    assert Comparison(b, a, is_of_b=True).error == pytest.approx(0.5 * (2 / 3) ** 0.5)
+    assert Comparison(b, a).error == pytest.approx(0.5 * (400 / (60 * wide)) ** 0.5)
+    assert Comparison(0 * a, 0 * a, is_of_b=True).error == 0
