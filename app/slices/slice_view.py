@@ -59,7 +59,7 @@ class SliceState(QObject):
 
     changed = Signal()
     moved = Signal()  # emitted when the user has moved the cross-hair
-    windowed = Signal()  # emitted when the user has changed the grey window
+    painted = Signal()  # emitted when the user has changed colours or grey window
     hovered = Signal(object)  # emitted with the place under the mouse; None when it leaves
 
     volume: Volume | None = None
@@ -78,6 +78,11 @@ class SliceState(QObject):
         if any(getattr(self, name) != value for name, value in changes.items()):
             vars(self).update(changes)
             self.changed.emit()
+
+    def paint(self, **changes: Any) -> None:
+        """Change colours or grey window, as the user wants."""
+        self.show(**changes)
+        self.painted.emit()
 
     def move(self, place: Triple) -> None:
         """Move the cross-hair to the voxel nearest to a place."""
@@ -322,8 +327,7 @@ class SliceView(pg.GraphicsView):  # type: ignore[misc]
         elif buttons & Qt.MouseButton.RightButton:
             wider, higher = math.exp(moved.x() / GRAY_PIXELS), -moved.y() / GRAY_PIXELS
             whole = self._volume.scalar_range
-            state.show(window=slices.gray_window(state.window, whole, wider, higher))
-            state.windowed.emit()
+            state.paint(window=slices.gray_window(state.window, whole, wider, higher))
         elif buttons & Qt.MouseButton.MiddleButton or (
             event.modifiers() & Qt.KeyboardModifier.ShiftModifier
         ):
@@ -382,7 +386,7 @@ class SlicesColumn(QWidget):
         self.views = [SliceView(state, number, self._enlarge) for number in range(3)]
         self.button = CaptionButton()
         menu = self.button.add_menu()
-        self.choices = add_choices(menu, COLORS, lambda colors: state.show(colors=colors))
+        self.choices = add_choices(menu, COLORS, lambda colors: state.paint(colors=colors))
         menu.addSeparator()
         add_action(menu, "Window of &all values", self._reset_gray)
         self._ct = [
@@ -401,7 +405,7 @@ class SlicesColumn(QWidget):
         state.viewer.inputsChanged.connect(state.viewer.refreshes.soon(self.refresh))
         state.viewer.navigationChanged.connect(self.refresh)
         state.hovered.connect(self._say)
-        state.windowed.connect(self._say_window)
+        state.painted.connect(self._say_window)
 
     @property
     def is_large(self) -> bool:
@@ -438,15 +442,15 @@ class SlicesColumn(QWidget):
 
     def _reset_gray(self) -> None:
         if self._state.volume is not None:
-            self._state.show(window=self._state.volume.scalar_range)
+            self._state.paint(window=self._state.volume.scalar_range)
 
     def _choose_gray(self, window: Range) -> None:
         colors = "overlay" if self._state.colors == "overlay" else "gray"
-        self._state.show(window=window, colors=colors)
-        self._say_window()
+        self._state.paint(window=window, colors=colors)
 
     def _say_window(self) -> None:
-        self.where.set_full_text(_window_text(self._state.window))
+        if self._state.colors != "colors":
+            self.where.set_full_text(_window_text(self._state.window))
 
     def _say(self, place: Triple | None) -> None:
         """Show value and place under the mouse, or at the cross-hair."""

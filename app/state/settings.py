@@ -13,6 +13,7 @@ from app.state.sensitivity_state import NamedRegion
 from model.scene.clip_plane import ClipPlane
 from model.scene.crop import CropBox
 from model.scene.scene import LightDirection, Lighting
+from model.scene.slices import SliceColors
 from model.scene.transfer_function import Range, TransferFunction
 from model.scene.view import View
 
@@ -149,4 +150,6 @@ class VolumeMemory:
     value_scale: PlotScale = "linear"
     opacity_scale: PlotScale = "linear"
     cross_hair: tuple[_Share, _Share, _Share] | None = None  # in the slices, along x, y and z
+    slice_colors: SliceColors | None = None
+    gray_window: Range | None = None  # of the slices
     visible: Range | None = None  # visible scalar values of the TF's plot

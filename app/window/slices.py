@@ -16,7 +16,7 @@ from app.tf_editor.plot_area import PlotArea
 from app.window.cards import CropCard
 from app.window.context import Context
 from model.rendering.ray_places import ray_places
-from model.scene.slices import MIDDLE, usual_window, voxel_of
+from model.scene.slices import MIDDLE, gray_window, usual_window, voxel_of
 from model.scene.tf_perturbation import band_of_edit
 from model.scene.view import NEAREST_DEPTH, Projection, from_middle
 from model.scene.volume import Triple
@@ -42,6 +42,7 @@ class Slices(QObject):
         self._under: float | None = None
         self._holds = False
         self.state.moved.connect(self._keep_place)
+        self.state.painted.connect(self._keep_paint)
         self.state.hovered.connect(self._hover)
         context.sensitivity.changed.connect(self._follow_question)
         crop_card.shownChanged.connect(lambda *_: self.state.show(edits_crop=crop_card.is_shown))
@@ -76,6 +77,11 @@ class Slices(QObject):
         is_next = before is not None and before.series == opened.volume.series
         self.state.place = known.cross_hair or (self.state.place if is_next else MIDDLE)
         self.show_volume(opened)
+        self.state.show(colors=known.slice_colors or self.state.colors)
+        if known.gray_window is not None:
+            whole = opened.volume.scalar_range
+            # Within its limits, whatever the file says.
+            self.state.show(window=gray_window(known.gray_window, whole, 1.0, 0.0))
         self._set_shown(self._context.preferences.settings.slices)
         self._context.update_images()
 
@@ -134,6 +140,10 @@ class Slices(QObject):
     def _keep_place(self) -> None:
         self._context.workspace.keep(cross_hair=self.state.place)
         self._context.update_images()
+
+    def _keep_paint(self) -> None:
+        colors, window = self.state.colors, self.state.window
+        self._context.workspace.keep(slice_colors=colors, gray_window=window)
 
     def _follow_question(self, what: str) -> None:
         """Outline the band of values, and move to the surface at a clicked point."""

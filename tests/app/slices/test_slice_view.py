@@ -98,20 +98,23 @@ def test_the_wheel_and_keys_scroll_and_end_at_the_last_slice(window):
     assert voxel(window) == (before[0], 3, 3) and level.number.text() == "z 4 of 6"
 
 
-def test_a_drag_moves_the_cross_hair_of_all_slices_which_is_remembered(qtbot, builders, window):
+def test_a_drag_moves_the_cross_hair_of_all_slices_and_what_they_show_is_remembered(
+    qtbot, builders, window
+):
     front = views(window)[1]
     drag(front.viewport(), at(window, front, 0, 2, 0), at(window, front, 3, 2, 5))
     assert voxel(window)[::2] == (3, 5)
     assert [view.number.value() for view in views(window)] == [6, voxel(window)[1] + 1, 4]
-    fingerprint = window.workspace.opened.fingerprint
-    assert window.preferences.volume(fingerprint).cross_hair == state(window).place
     assert window.sessions.session().content.memory.cross_hair == state(window).place
     assert window.sessions.session().content.settings.slices
-    wanted = voxel(window)
+    drag(front.viewport(), QPoint(60, 60), QPoint(90, 50), button=Qt.MouseButton.RightButton)
+    window.slices.column.choices["overlay"].trigger()
+    wanted = voxel(window), state(window).colors, pytest.approx(state(window).window)
     builders.volumes["other"] = Volume(make_volume().voxels[:, :3])
     open_volume(qtbot, window, "other")
     open_volume(qtbot, window, "ramp")
-    assert window.slices.is_shown and voxel(window) == wanted
+    assert window.slices.is_shown
+    assert (voxel(window), state(window).colors, state(window).window) == wanted
 
 
 @pytest.mark.parametrize(("number", "to"), [(0, (0, 2, 3)), (1, (0, 2, 5))])

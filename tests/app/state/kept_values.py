@@ -37,5 +37,5 @@ MEMORY = VolumeMemory(
     interpolates=False, draws_missing=True, mask="f1.mask.nrrd",
     regions=(region("ribs"), region("spine")), active_region="ribs", region_count=4,
     value_scale="logarithmic", opacity_scale="logarithmic", visible=(110.0, 180.0),
-    cross_hair=(0.25, 0.5, 1.0),
+    cross_hair=(0.25, 0.5, 1.0), slice_colors="overlay", gray_window=(105.0, 150.0),
 )  # fmt: skip
