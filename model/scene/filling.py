@@ -12,17 +12,16 @@ from numpy.typing import NDArray
 from model.threads import in_threads
 
 PART = 1 << 14  # voxels that are filled at a time
-LAYERS = 2  # how many voxels deep missing ones are filled: interpolation reads one, gradients two
+LAYERS = 2  # depth of missing voxels that are filled: interpolation reads one, gradients two
 
 
 def fill(voxels: NDArray[Any], missing: NDArray[np.bool_]) -> NDArray[Any]:
     """Write values like those around them to missing voxels, in place, and return the array.
 
-    Renderers leave out every sample whose nearest voxel is missing. What lies nearer to a measured
-    one is interpolated, and its gradient taken, with voxels up to two farther away: these get the
-    mean of their neighbours, rounded for whole numbers, so that what is stored where nothing was
-    measured appears nowhere. Those farther than :data:`LAYERS` stay as they are. The arrays are
-    C-contiguous.
+    Renderers leave out samples whose nearest voxel is missing. Other samples near the border still
+    interpolate missing voxels, up to :data:`LAYERS` deep for gradients. These get the mean of their
+    neighbours, rounded for whole numbers, so that a number stored where nothing was measured is
+    never seen. Deeper ones stay as they are. The arrays are C-contiguous.
     """
     unknown, values = missing.copy(), voxels.reshape(-1)
     for _ in range(LAYERS):

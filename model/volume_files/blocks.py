@@ -15,11 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.errors import VolumeError
+from model.threads import in_threads
 from model.volume_files.checks import check_present, damaged, truncated
 
 Encoding = Literal["raw", "deflate", "bzip2"]  # deflate stands for zlib and gzip
 
-CHUNK = 1 << 14
+CHUNK, PIECE = 1 << 14, 1 << 24  # bytes of a file, packed and not, that are read at once
 EITHER_ZLIB_OR_GZIP = 47
 LONGEST_REST = 1 << 20  # bytes after the voxels that are unpacked to check the stream
 
@@ -63,14 +64,22 @@ def read_block(block: Block) -> NDArray[np.generic]:
     """Read a block's voxels in native byte order, C-contiguous."""
     voxels = np.empty(block.shape, block.dtype)
     target = voxels.reshape(-1).view(np.uint8)
-    with block.path.open("rb") as file:
-        if block.offset < 0:
-            file.seek(max(block.path.stat().st_size - block.nbytes, 0))
-        else:
-            file.seek(block.offset)
-        if block.encoding == "raw":
-            check_present(block.path, file.readinto(target.data), block.nbytes)
-        else:
+    start = block.offset
+    if start < 0:
+        start = max(block.path.stat().st_size - block.nbytes, 0)
+
+    def read(place: int) -> int:
+        with block.path.open("rb") as file:
+            file.seek(start + place)
+            return file.readinto(target[place : place + PIECE].data)
+
+    if block.encoding == "raw":
+        # Threads, as memory is slow when it is written for the first time.
+        found = in_threads(read, range(0, block.nbytes, PIECE))
+        check_present(block.path, sum(found), block.nbytes)
+    else:
+        with block.path.open("rb") as file:
+            file.seek(start)
             _inflate(file, block, target)
     if voxels.dtype.isnative:
         return voxels
