@@ -37,7 +37,7 @@ def parse_json(content: bytes) -> Any:
     except RecursionError:
         raise MalformedError("its brackets are nested too deeply") from None
     except UnicodeDecodeError:
-        raise MalformedError("it is no text") from None
+        raise MalformedError("it is not UTF-8 text") from None
     except ValueError as error:
         raise MalformedError(str(error)) from None
 

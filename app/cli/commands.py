@@ -58,7 +58,7 @@ class DesktopEntry:
         home = Path(os.environ.get("XDG_DATA_HOME") or Path.home() / ".local" / "share")
         entry = home / "applications" / "tfscope.desktop"
         write_text(entry, _content())
-        print(f"{entry} is written.")
+        print(f"Wrote {entry}.")
 
 
 def _content() -> str:
@@ -145,7 +145,7 @@ class Window:
         for name in self.context.params:
             if str(self.context.get_parameter_source(name)).endswith("COMMANDLINE"):
                 raise TfscopeError(
-                    f"Options before '{command}' are the window's; put them behind it."
+                    f"Options before '{command}' apply to the window; put them after it."
                 )
 
     def _start(self) -> WindowStart:
@@ -166,7 +166,7 @@ class Window:
         found = Session.load(self.session).volume
         if not found.exists():
             raise TfscopeError(
-                f"{self.session} shows {found}, which is not there any more; "
+                f"{self.session} shows {found}, which no longer exists; "
                 "give its new place by --volume."
             )
         return found

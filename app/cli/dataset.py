@@ -45,8 +45,8 @@ class Dataset:
         """Create or continue a store until it holds the training samples and its hold-out."""
         if self.workers and self.scheduler is not None:
             raise TfscopeError(
-                "--workers counts processes of this machine, and those of a scheduler are started "
-                "with 'dask worker'; leave one of --workers and --scheduler out."
+                "--workers is for processes of this machine, and 'dask worker' starts those of a "
+                "scheduler; give --workers or --scheduler, not both."
             )
         if self.scheduler is not None:
             require("cluster")
@@ -79,7 +79,7 @@ class Dataset:
         try:
             render_missing(store, render)
         except KeyboardInterrupt:
-            print(f"Stopped; what is rendered stays in {out}. The same command goes on.")
+            print(f"Stopped; rendered samples stay in {out}. Run the same command to go on.")
             raise
         finally:
             new_samples = store.rendered_samples() - before

@@ -69,7 +69,7 @@ class Drawer:
         """The volume, which a scale bar or a turntable needs."""
         if self.volume is None:
             raise RenderError(
-                "The model does not know its volume's lengths, for a scale bar or a turntable; "
+                "A scale bar or a turntable needs the volume's lengths, which the model lacks; "
                 "give --volume."
             )
         return self.volume
@@ -201,7 +201,7 @@ def _volume_drawer(asked: Render) -> Drawer:
     chosen = asked.source.is_placed
     volume = asked.source.read() if scene is None or chosen else volume_of(scene, asked.source)
     if asked.fingerprint and volume.fingerprint != asked.fingerprint:
-        warn(f"{volume.name}: the session was saved with other voxels than these.")
+        warn(f"{volume.name}: its voxels differ from those of the saved session.")
     tf, volume = choose_tf(asked.tf, volume, chosen or scene is not None, asked.known_tf)
     if asked.draw_missing:
         volume = volume.drawing_missing(True)
@@ -312,7 +312,7 @@ def _generator_drawer(asked: Render) -> Drawer:
         )
     if asked.light is not None and scene.light_range is None:
         kind = "without light" if scene.light is None else "with a fixed light"
-        raise RenderError(f"The model was trained {kind}: it cannot follow another direction.")
+        raise RenderError(f"The model was trained {kind}; leave --light out.")
     volume = None
     if not asked.tf or asked.legend or asked.scale_bar or asked.is_movie:
         volume = volume_of(scene, asked.source)
@@ -325,7 +325,7 @@ def _generator_drawer(asked: Render) -> Drawer:
     inputs = asked.inputs(tf)
     warn_outside(inputs, scene)
     if asked.mask is not None:
-        warn("The model draws the whole volume: it knows no mask.")
+        warn("The model draws the whole volume: the mask has no effect.")
     from model.generator.generator import Generator
 
     generator = Generator.load(folder, asked.device)
@@ -356,8 +356,8 @@ def _generator_drawer(asked: Render) -> Drawer:
 def _check_for_model(asked: Render) -> None:
     if (asked.samples, asked.denoise, asked.error) != (None, None, None):
         raise RenderError(
-            "Samples, error and denoising are the path tracer's; leave them out, or choose its "
-            "light."
+            "Samples, error and denoising are for path-traced light; leave them out, or give "
+            "--renderer raycast and --lighting path."
         )
     if asked.sample_distance is not None:
         raise RenderError(
@@ -396,7 +396,7 @@ def _write_turntable(asked: Render, drawer: Drawer) -> None:
     size = drawer.raster
     if asked.out.suffix.lower() == ".mp4" and (size.width % 2 or size.height % 2):
         even = f"{size.width // 2 * 2} x {size.height // 2 * 2}"
-        warn(f"{asked.out}: the sides of an MP4 are even numbers; it has {even} pixels.")
+        warn(f"{asked.out}: an MP4 needs even sides, so it gets {even} pixels.")
     with counting("Drawing pictures", count) as show:
 
         def frames() -> Iterator[NDArray[np.uint8]]:

@@ -63,7 +63,7 @@ class Latent:
         metavar="X,Y",
         parser=values.numbers(2, "--at"),
     )
-    near: Path | None = options.tf(help="Find this TF on the map; take its code's.")
+    near: Path | None = options.tf(help="Find this TF on the map, and draw the TF of its code.")
     view: View = options.view()
     tf: Path | None = options.tf(help="Colours to draw in. (default: the volume's)")
     size: int = options.size(default=128, help="Pixels; a model has its own size.", max=1024)
@@ -121,9 +121,7 @@ class Latent:
 
     def _check(self) -> None:
         if self.near is not None and (self.grid is not None or self.at is not None):
-            raise LatentError(
-                "Give --near alone: together with --grid or --at it would be a second place."
-            )
+            raise LatentError("--near finds a place by itself; leave --grid and --at out.")
         if self.model is not None and self.source.is_placed:
             raise LatentError(options.MODEL_RANGE)
         if self.out.suffix.lower() == ".json" and self.at is None and self.near is None:

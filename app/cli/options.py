@@ -157,8 +157,8 @@ _VOLUME: dict[str, Field[Any]] = {
         metavar="FACTOR"),
     "scalar_range": option(
         "Scalar range over which TFs lie, in the data's units, or LO%,HI% for percentiles of the "
-        "voxels. Values beyond look as those at its ends do. (default: that of --tf, or of the "
-        "voxels without outliers)",
+        "voxels. Values beyond it look like its ends. (default: that of --tf, or of the voxels "
+        "without outliers)",
         flag="--range",
         metavar="LO,HI",
         check=RangeChoice.parse),

@@ -19,7 +19,9 @@ def check_output(path: Path) -> None:
 def check_output_folder(path: Path) -> None:
     """Check that a folder exists or can be made, and is writable."""
     if path.exists() and not path.is_dir():
-        raise _refusal(path, "the folder cannot be made, as there is a file; choose another place")
+        raise _refusal(
+            path, "there is a file of this name, so no folder can be made; choose another"
+        )
     _check_place(path)
 
 

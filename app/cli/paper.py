@@ -73,7 +73,7 @@ class Paper:
 class Study:
     """Repeat a study of the paper: baselines, latent-dim or l1-weight. Run again to go on."""
 
-    study: StudyName = options.argument("Which one.", metavar="STUDY")
+    study: StudyName = options.argument("The study.", metavar="STUDY")
     out: Path = options.folder(help="Folder of samples, runs and table.")
     volume: VolumeSource = options.volume()
     preset: PresetName = option("Size of all networks.", default="draft")

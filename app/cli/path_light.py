@@ -31,7 +31,7 @@ class DrawPairs:
         check=lambda path: VolumeSource(path=path).check(),
     )
     blocks: int = option("Groups of 8 pairs of each volume; about 30 s each.", default=8, min=1)
-    samples: int = option("Of what is learned.", default=64, min=8, max=4096)
+    samples: int = option("Samples per pixel of the target.", default=64, min=8, max=4096)
     seed: int = options.seed()
 
     def run(self) -> None:
@@ -52,14 +52,14 @@ class DrawPairs:
 
 @dataclass(frozen=True, kw_only=True)
 class TrainPathLight:
-    """Train the network on pairs; a stopped training goes on."""
+    """Train the network on pairs; run it again to go on."""
 
     folder: Path = options.argument("Folder of 'light pairs'.", metavar="PAIRS")
     out: Path = option(
         "The trained network.", default=options.REQUIRED, metavar="NETWORK.safetensors"
     )
     held_out: Path | None = option("Pairs that errors are measured on.", metavar="PAIRS")
-    minutes: float = option("Of training.", default=30.0, min=0.01)
+    minutes: float = option("Time of training.", default=30.0, min=0.01)
     width: int = option("Channels of the first level.", default=40, min=4, max=512)
     start_from: Path | None = option(
         "Begin with this network's weights and size, at a third of the rate.",

@@ -202,7 +202,7 @@ def _session_source(given: VolumeSource, session: Session, path: Path) -> Volume
 
     if given.path is None and not session.volume.exists():
         raise RenderError(
-            f"{path} shows {session.volume}, which is not there any more; give its new place.",
+            f"{path} shows {session.volume}, which no longer exists; give its new place.",
             volume="FILE",
         )
     memory = session.content.memory

@@ -65,15 +65,14 @@ class Sensitivity:
         default=None, help="Pixels of the rendering; a model has its own size."
     )
     region: Region | None = option(
-        "Where in the TF does this rectangle of pixels react? (default: the whole image)",
+        "To which values of the TF does this rectangle react? (default: the whole image)",
         metavar="X0,Y0,X1,Y1",
         parser=Region.parse,
     )
     crop: CropBox | None = options.crop()
     clip: ClipPlane | None = options.clip()
     interpolate: bool | None = options.interpolate(
-        help="Whether there are values between voxels. (default: unless the file says that they "
-        "are labels)"
+        help="Interpolate between voxels. (default: yes, unless the file says that they are labels)"
     )
     value: float | None = option("Where in the image does this scalar value show?")
     block: int | None = option("All blocks of this many pixels, to edits at all values.", min=1)
@@ -174,9 +173,11 @@ class Sensitivity:
         given = [self.region, self.value, self.block]
         with_blocks = self.engine == "blockwise" and self.value is not None and not self.region
         if sum(one is not None for one in given) > (2 if with_blocks else 1):
-            raise RenderError("Give one of --region, --value and --block, as each is a question.")
+            raise RenderError("Give only one of --region, --value and --block; each is a question.")
         if self.by_all_values and (self.value is None or self.out.suffix.lower() != ".png"):
-            raise RenderError("A scale is that of a value's figure; give --value and OUT.png.")
+            raise RenderError(
+                "--field-scale is for the figure of a value; give --value and OUT.png."
+            )
         if self.block is not None and self.value is None and self.measure == "change":
             raise RenderError(
                 "Blocks have the signed measure of the paper; leave --measure out, or give --value."

@@ -39,7 +39,7 @@ def cell_means(codes: Codes, places: Places, brush: Brush) -> Cells:
     """Average codes (n, d) and places (n, 2) in the cells of a brushed rectangle."""
     left, lower, right, upper = brush
     if not np.isfinite(brush).all():
-        raise LatentError(f"The rectangle {brush} on the map is not finite.")
+        raise LatentError(f"The rectangle {brush} on the map is not finite; give four numbers.")
     left, right = min(left, right), max(left, right)
     lower, upper = min(lower, upper), max(lower, upper)
     corner, sides = np.array([left, lower]), np.array([right - left, upper - lower])

@@ -101,7 +101,7 @@ def card_of(folder: Path, header: dict[str, Any]) -> ModelCard:
     if card.size.image_size != card.scene.image_size:
         raise CheckpointError(
             f"{folder / MODEL_FILE}: the network draws {card.size.image_size} pixels "
-            f"but the scene has {card.scene.image_size}."
+            f"but the scene has {card.scene.image_size}; copy the model folder again."
         )
     return card
 

@@ -54,7 +54,9 @@ def load_model(folder: Path) -> tuple[ModelCard, GeneratorNetwork]:
     try:
         weights = safetensors.torch.load(content)
     except safetensors.SafetensorError as error:
-        raise CheckpointError(f"{path}: the file is not safetensors ({error}).") from error
+        raise CheckpointError(
+            f"{path}: the file is not safetensors ({error}); copy it again."
+        ) from error
     return card, network_with(path, weights, lambda: build_generator(card.size, card.scene))
 
 
@@ -96,7 +98,7 @@ def check_weights(path: Path, weights: dict[str, Tensor], expected: dict[str, Te
         name = (missing or foreign)[0]
         raise CheckpointError(
             f"{path}: the weights belong to another network "
-            f"('{name}' is {'missing' if missing else 'unknown'})."
+            f"('{name}' is {'missing' if missing else 'unknown'}); copy the folder again."
         )
     for name, value in weights.items():
         if value.shape != expected[name].shape:

@@ -45,7 +45,9 @@ def write_movie(path: Path, frames: Iterable[NDArray[np.uint8]], frames_per_seco
             movie.close()
         write_atomically(path, partial.read_bytes())
     except (OSError, ValueError, RuntimeError) as error:
-        raise RenderError(f"{path}: the movie cannot be written ({error}).") from error
+        raise RenderError(
+            f"{path}: the movie cannot be written ({error}); try another place or format."
+        ) from error
     finally:
         partial.unlink(missing_ok=True)
     return path

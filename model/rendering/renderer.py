@@ -106,8 +106,8 @@ class FallbackRenderer:
             software = software_name()
             if software:
                 self.remark = (
-                    f"Without a graphics card (here {software} draws), VTK takes many times as "
-                    "long as the ray caster, which also draws at rest. Choose VTK to see its image."
+                    f"VTK has no graphics card here ({software} draws on the CPU). It is much "
+                    "slower than the ray caster, which draws instead. Choose VTK to see its image."
                 )
                 self._renderer = self._opened_ray_caster()
                 return

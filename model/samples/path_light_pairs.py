@@ -143,7 +143,7 @@ def write_pairs(
 ) -> Iterator[Path]:
     """Draw blocks of pairs of each volume in turn, and yield the file of each."""
     if not available():
-        raise DatasetError("Pairs need Open Image Denoise, which is not installed here.")
+        raise DatasetError("Pairs need Open Image Denoise; install the package pyoidn.")
     drawers = [PairDrawer(volume, many) for volume in volumes]
     try:
         with os_errors_as(DatasetError, f"{folder}: pairs cannot be written"):

@@ -281,7 +281,9 @@ class SampleStore:
         """Refuse arrays that do not match :func:`_arrays`."""
         count = self.count(split)
         if count > MOST_SAMPLES:
-            raise DatasetError(f"{self.path}: {count} {split} samples are more than there can be.")
+            raise DatasetError(
+                f"{self.path}: a store cannot have {count} {split} samples; give fewer."
+            )
         for name, (shape, chunks, dtype) in _arrays(self.scene, count).items():
             array = self._array(split, name)
             # A killed resize leaves the others longer than the counted one.

@@ -47,7 +47,7 @@ class Region:
         if not (0 <= self.left < self.right <= columns and 0 <= self.top < self.bottom <= rows):
             raise RenderError(
                 f"The region from ({self.left}, {self.top}) to ({self.right}, {self.bottom}) is "
-                f"empty or outside the image of {columns} x {rows} pixels."
+                f"empty or outside the image of {columns} x {rows} pixels; choose one inside."
             )
         mask = np.zeros((rows, columns), dtype=bool)
         mask[self.top : self.bottom, self.left : self.right] = True

@@ -129,7 +129,7 @@ def unknown_kind(path: Path) -> VolumeError:
         return VolumeError(f"{path}: {advice}.")
     return VolumeError(
         f"{path}: files of the kind '{suffix_of(path) or path.name}' are not read here; "
-        "convert it to NRRD, NIfTI or TIFF, or open a file of plain numbers as a raw one."
+        "convert this one to NRRD, NIfTI or TIFF, or open plain numbers as a raw file."
     )
 
 

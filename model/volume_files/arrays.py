@@ -136,7 +136,7 @@ def _no_volume(path: Path, arrays: Sequence[StoredArray]) -> VolumeError:
     )
     return VolumeError(
         f"{path}: none of its arrays is a volume of real numbers with at least two voxels along "
-        f"three axes: {listed}{' and more' if len(arrays) > 6 else ''}."
+        f"three axes: {listed}{' and more' if len(arrays) > 6 else ''}; choose another file."
     )
 
 

@@ -79,7 +79,7 @@ def check_present(path: Path, present: int, need: int) -> None:
     """Raise VolumeError if fewer bytes of voxels are present than the header requires."""
     if present < need:
         raise truncated(
-            path, f"it has {max(present, 0)} of the {need} bytes of voxels that its header promises"
+            path, f"it has {max(present, 0)} of the {need} bytes of voxels that its header requires"
         )
 
 

@@ -201,7 +201,7 @@ def _located(
         length = -1
     elif offset + length > size:
         raise truncated(
-            path, f"it has {size - offset} of the {length} bytes of pixels that it promises"
+            path, f"it has {size - offset} of the {length} bytes of pixels that it requires"
         )
     return DicomFile(path, tags, syntax, order, kind, offset, length, content)
 

@@ -17,7 +17,7 @@ from model.scene.volume import Content, Volume, is_resolved
 from model.volume_files.checks import times
 from model.volume_files.choice import LARGEST, Choice, choice_notes, content
 from model.volume_files.grid import Grid, typed_spacing, typed_stretch, usable_origin
-from model.volume_files.label_names import told_apart
+from model.volume_files.label_names import distinct_labels
 
 Component = int | Literal["magnitude"]
 
@@ -49,7 +49,7 @@ def make_volume(path: Path, grid: Grid, choice: Choice = LARGEST) -> Volume:
     if choice.spacing is not None or choice.stretch is not None:
         grid = _as_typed(grid, choice)
     if grid.facts.is_labels:
-        grid = told_apart(grid)
+        grid = distinct_labels(grid)
     sizes = grid.values.shape[2::-1]
     lengths = [n * step for n, step in zip(sizes, grid.spacing, strict=True)]
     if line_distance(lengths) is not None:

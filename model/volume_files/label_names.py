@@ -73,14 +73,16 @@ def snap_labels(path: Path) -> Labels:
     return tuple(found)
 
 
-def told_apart(grid: Grid) -> Grid:
+def distinct_labels(grid: Grid) -> Grid:
     """Return labels that fall into different bins of a TF, renumbered in order if needed."""
     values, labels = grid.values, {label.value: label for label in grid.facts.labels}
     if values.ndim != 3 or float(values.max()) - float(values.min()) < TF_SAMPLES:
         return grid
     found = np.unique(np.concatenate([np.unique(plane) for plane in values]))
     if len(found) >= TF_SAMPLES:
-        note = f"There are {len(found)} labels, more than a TF tells apart: some share a colour."
+        note = (
+            f"There are {len(found)} labels, more than a TF can distinguish: some share a colour."
+        )
         return replace(grid, notes=(*grid.notes, note))
     first = int(found[0] != 0)
     numbered = np.empty(values.shape, np.uint8)

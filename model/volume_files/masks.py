@@ -94,7 +94,7 @@ def read_labels(path: Path, volume: Volume, is_kept: bool = False) -> LabelMap:
     values = _values(voxels)
     if len(values) > MOST_LABELS:
         raise VolumeError(
-            f"{path}: the file has {len(values):,} different values, which are no labels; "
+            f"{path}: the file has {len(values):,} different values, too many for labels; "
             "choose a mask or a volume of labels."
         )
     found = tuple(float(value) for value in values if value != 0)
@@ -146,7 +146,7 @@ def _on_grid(labels: Volume, volume: Volume) -> tuple[NDArray[np.generic], str]:
         labels.voxels, backwards, change[2::-1, 3], shape, order=0, mode="grid-constant"
     )
     if voxels.any():
-        where = "lies elsewhere" if is_alike else "is another one"
+        where = "lies elsewhere" if is_alike else "differs"
         note = f"The grid of {labels.name} {where}, so each voxel takes the nearest label."
         unnamed = volume.name if is_space(labels.file.space) else labels.name
         return voxels, f"{note} {unnamed} names no space: LPS is assumed." if is_assumed else note

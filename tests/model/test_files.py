@@ -32,7 +32,7 @@ class Whole:
     ("content", "message"),
     [
         (b"1" * 5000, "digits"), (b"[" * 200_000, "nested too deeply"),
-        (b'{"a":' * 200_000, "nested too deeply"), (b'"\xff"', "no text"), (b"{", "Expecting"),
+        (b'{"a":' * 200_000, "nested too deeply"), (b'"\xff"', "not UTF-8"), (b"{", "Expecting"),
         (b"", "Expecting"),
     ],
 )  # fmt: skip

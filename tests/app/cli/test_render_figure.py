@@ -166,9 +166,9 @@ def test_other_voxels_a_range_and_a_lost_volume_are_told(session, tmp_path, caps
     out = ["--out", str(tmp_path / "image.png")]
     replace(Session.load(session), fingerprint="of another").save(session)
     assert run([*arguments, *out]) == 0
-    assert "other voxels" in capsys.readouterr().err
+    assert "voxels differ" in capsys.readouterr().err
     assert run([*arguments, *out, "--range", "0,100"]) != 0
     assert "its own range" in capsys.readouterr().err
     replace(Session.load(session), volume=tmp_path / "gone.nrrd").save(session)
     assert run([*arguments, *out]) != 0
-    assert "not there any more" in capsys.readouterr().err
+    assert "no longer exists" in capsys.readouterr().err

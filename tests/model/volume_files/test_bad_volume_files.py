@@ -208,7 +208,7 @@ BAD_FILES = {
     "HDF4": (named("a.hdf", b"\x0e\x03\x13\x01" * 9), r"an HDF4 file.*h4toh5"),
     "MATLAB 5": (named("a.mat", b"MATLAB 5.0 MAT-file" * 9), r"MATLAB's old format.*-v7.3"),
     "unknown": (named("a.xyz", b"?" * 500), r"'\.xyz' are not read here.*NRRD"),
-    "no suffix": (named("volume", b"?" * 500), r"'volume' are not read here.*convert it"),
+    "no suffix": (named("volume", b"?" * 500), r"'volume' are not read here.*convert this"),
     "empty": (named("a.nrrd", b""), r"empty \(0 bytes\)"),
     "nrrd without type": (nrrd_header("dimension: 3\nsizes: 7 5 6"), r"no 'type'"),
     "nrrd without sizes": (nrrd_header("dimension: 3\ntype: short"), r"no 'sizes'"),

@@ -124,7 +124,7 @@ def test_what_is_no_mask_is_said(tmp_path):
         read_mask(tmp_path / "gone.nrrd", volume())
     scan = np.arange(20**3, dtype=np.float32).reshape(20, 20, 20)
     SimpleITK.WriteImage(SimpleITK.GetImageFromArray(scan), str(tmp_path / "scan.nrrd"))
-    with pytest.raises(TfscopeError, match="8,000 different values, which are no labels"):
+    with pytest.raises(TfscopeError, match="8,000 different values, too many for labels"):
         read_labels(tmp_path / "scan.nrrd", volume(shape=(20, 20, 20)))
     with pytest.raises(TfscopeError, match="the mask cannot be written"):
         write_mask(tmp_path / "mask.nrrd" / "below.nrrd", Mask.of(SOME), volume())
