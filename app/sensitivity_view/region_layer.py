@@ -288,7 +288,9 @@ def name_corners(
     for region, plate in zip(regions, plates, strict=True):
         above, below = region.top() - 7, region.bottom() + 18
         xs = region.left() + 6, region.right() - 1 - plate.right()
-        places = [QPointF(x, y) for y in (above, below) if y >= 18 for x in xs]
+        # The region may be above the image.
+        ys = [y for y in (above, below) if y >= 18] or [18.0]
+        places = [QPointF(x, y) for y in ys for x in xs]
         steps = range(1, len(regions) + 1)
         places += [places[0] + QPointF(0, step * (plate.height() + 1)) for step in steps]
         boxes = [plate.translated(place) for place in places]

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from pathlib import Path
 
-from PySide6.QtCore import QEvent, Qt, SignalInstance
+from PySide6.QtCore import QEvent, QObject, Qt, SignalInstance
 from PySide6.QtGui import (
     QCloseEvent,
     QDragEnterEvent,
@@ -52,6 +52,7 @@ class MainWindow(WindowParts):
         for keys, step in (("F6", 1), ("Shift+F6", -1)):
             shortcut = QShortcut(QKeySequence(keys), self)
             shortcut.activated.connect(lambda step=step: self._move_focus(step))
+        self.installEventFilter(self)
         self._connect()
         self.arrange()
         # Not the bar's first button: the images have the keys at first.
@@ -129,12 +130,16 @@ class MainWindow(WindowParts):
         else:
             super().keyReleaseEvent(event)
 
-    def event(self, event: QEvent) -> bool:
-        """Show the keys of the area under the mouse, which Qt sends as its status tip."""
-        if isinstance(event, QStatusTipEvent):
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Show the keys of the area under the mouse, which Qt sends as its status tip.
+
+        As a filter: under Python 3.11, an error of a handler that Qt calls from within
+        ``super().event()`` ends the process (PySide 6.8 to 6.11).
+        """
+        if watched is self and isinstance(event, QStatusTipEvent):
             self.status.show_area(event.tip())
             return True
-        return super().event(event)
+        return False
 
     def changeEvent(self, event: QEvent) -> None:
         """Release held keys when another window gets the focus."""

@@ -1,12 +1,13 @@
 import numpy as np
 import pytest
 from mouse_events import at, drag
-from PySide6.QtCore import QPoint, Qt
+from PySide6.QtCore import QPoint, QRectF, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QInputDialog
 from sensitivity_events import asked, hover
 
 from app.engines.requests import RegionSensitivityRequest
+from app.sensitivity_view.region_layer import name_corners
 from model.scene.region import Outline
 from model.scene.view import View
 
@@ -93,6 +94,8 @@ def test_a_lasso_and_several_regions(qtbot, window):
     state.change_region(Outline.rectangle(2.4, -3.4, 2.6, -3.2))
     state.finish_region()
     assert state.outline.mask(16).any()
+    # Nor does the name of one above it leave the image.
+    assert name_corners([QRectF(9, -80, 30, 40)], [QRectF(0, -12, 50, 15)])[0].y() >= 12
 
 
 def test_a_region_beside_the_square_is_the_ray_casters_alone(qtbot, window):

@@ -4,7 +4,8 @@ from functools import partial
 from pathlib import Path
 
 from mouse_events import action, drag
-from PySide6.QtCore import QPoint
+from PySide6.QtCore import QCoreApplication, QEvent, QPoint, Qt
+from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QDialog
 from ramp import make_tf, make_volume
 from rested_window import act_until, open_volume, settle
@@ -130,6 +131,15 @@ def test_closing_while_everything_is_at_work_ends_cleanly(qtbot, make_window, bu
     assert not window.isVisible()
     assert engine.closed
     assert all(g.closed for g in builders.generators)
+
+
+def test_an_error_of_a_handler_does_not_end_the_process(qtbot, make_window, monkeypatch):
+    window, key = make_window(), (QEvent.Type.KeyPress, Qt.Key.Key_Escape)
+    monkeypatch.setattr(window, "_escape", lambda: [][0])
+    with qtbot.captureExceptions() as errors:
+        QCoreApplication.postEvent(window, QKeyEvent(*key, Qt.KeyboardModifier.NoModifier))
+        qtbot.waitUntil(lambda: bool(errors))
+    assert errors[0][0] is IndexError
 
 
 def test_the_menus_act(qtbot, make_window, builders, monkeypatch):
