@@ -208,7 +208,7 @@ def test_keys_reach_every_area_and_the_status_line_says_those_under_the_mouse(
     assert not window.top_bar.menu_bar.isVisible() and window.top_bar.menus.isVisible()
     QTest.keyClick(canvas, Qt.Key.Key_C)
     assert window.panes.images == [window.reference]
-    assert len([a for a in window.top_bar.menus.actions() if a.menu() is not None]) == 4
+    assert len([a for a in window.top_bar.menus.actions() if a.menu() is not None]) == 5
     opened = []
     monkeypatch.setattr(window.top_bar, "open_menus", lambda: opened.append(True))
     QTest.keyPress(window, Qt.Key.Key_Alt)
