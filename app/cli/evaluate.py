@@ -75,7 +75,7 @@ def _print(result: dict[str, Any]) -> None:
 
     neighbor = result["nearest_neighbor"]
     statistics = ("mean", "median", "p95")
-    heading = [f"{who}\n{s}" for who in ("generator", "nearest") for s in statistics]
+    heading = [f"{images}\n{s}" for images in ("generator", "nearest") for s in statistics]
     rows = []
     for key, label in MEASURES.items():
         if key not in result:

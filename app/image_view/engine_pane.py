@@ -68,7 +68,7 @@ class EnginePane(QWidget):
         self.lit: Lit = "b" if self.name == "B" else engine
         self._newest = -1
         self.rgba: NDArray[np.float32] | None = None
-        self.detail = self._who = self.light = self._coming = self._remark = self._masked = ""
+        self.detail = self._drawer = self.light = self._coming = self._remark = self._masked = ""
         self._most_samples = self._samples = 0
         self._is_unusual = False
         self.note = self._note_tip = self._tip = self._speed = ""
@@ -113,9 +113,9 @@ class EnginePane(QWidget):
         self.light, self._coming, self._most_samples = light, coming, most_samples
         self._show_status()
 
-    def set_drawer(self, who: str, tip: str) -> None:
+    def set_drawer(self, name: str, tip: str) -> None:
         """Set the name of the images' renderer, and the tooltip."""
-        self._who, self._tip = who, tip
+        self._drawer, self._tip = name, tip
         self._show_status()
 
     def name_cover(self, title: str, detail: str = "", tip: str = "") -> None:
@@ -192,7 +192,7 @@ class EnginePane(QWidget):
         self._masked = "masked" * ("masked" in shown)
         if self.engine == "exact":
             # More is in the tooltip.
-            self._who = by.partition(",")[0]
+            self._drawer = by.partition(",")[0]
             self._samples = 0 if result.image.is_preview else result.image.samples
         moves = request.quality.live and result.seconds > 0
         self._speed = f"moving {short(min(1 / result.seconds, 999))} fps" if moves else ""
@@ -278,7 +278,7 @@ class EnginePane(QWidget):
         """Light and progress of the image: "path traced, 8 of 32 samples"."""
         count, most = self._samples, self._most_samples
         if not (count and most):
-            return self._who
+            return self._drawer
         if self._is_finer_next and count < most:
             return f"path traced, {count} of {most} samples"
         return f"path traced, {count} sample{'s' * (count > 1)}"

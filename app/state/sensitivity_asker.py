@@ -71,8 +71,8 @@ def displayed(answer: RegionAnswer) -> NDArray[np.float64]:
 
 
 Question = Literal["region", "visibility", "field", "seen", "seen_too", "pick"]
-"""Kinds of questions: a region's changes, what is visible in it, an edit's change of each pixel,
-where values are visible, the same in the other one of A and B, and what is visible at a place."""
+"""Kinds of questions, in this order: changes of a region; values visible in it; change of pixels by
+an edit; where values are visible; the same in the other of A and B; values at a clicked place."""
 
 REST_SIZE = 256  # largest shorter edge for regions at rest
 REST_SECONDS = 1.5  # longest time for a region at rest

@@ -67,7 +67,7 @@ class PlotArea(QObject):
 
     The plots' horizontal axis is the visible interval of scalar values mapped to 0..1. The view
     boxes are the opacity plot, the colour strip below it, a second quantity behind the opacities,
-    and the ground behind both, with the opacities' scale: for areas, over which lines are seen.
+    and, behind both, areas on the scale of the opacities.
     """
 
     axisChanged = Signal()  # when the visible values or a scale change

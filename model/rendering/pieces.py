@@ -16,7 +16,7 @@ LEAST_OPACITY = 0.005  # share of the TF's largest opacity from which values cou
 BAND = 0.25  # share of a band's largest opacity at which the band ends
 ALIKE = 0.98  # share of the connected voxels from which a band is not a separate piece
 LAST, TINY = TF_SAMPLES - 1, 1e-12
-MOST_VOXELS = 1 << 24  # largest side of the grid for the search; larger volumes are thinned
+MOST_VOXELS = 1 << 24  # most cells of the grid for the search; larger volumes are thinned
 
 
 @dataclass(frozen=True)

@@ -269,8 +269,8 @@ def _texture_scalars(volume: Volume) -> tuple[NDArray[Any], Range]:
 def _table_range(texture_range: Range, tf_range: Range) -> Range:
     """Return the range over which TFs are passed to VTK.
 
-    VTK samples a TF over the texture's range, but reads entry i at (i + 1/2) / TABLE_ENTRIES: the
-    range is widened by half an entry at each end, unless it is mapped anyway.
+    VTK samples a TF over the texture's range, but reads entry i at (i + 1/2) / TABLE_ENTRIES. So
+    the range is widened by half an entry at each end, unless :func:`_table_mapping` maps it.
     """
     if texture_range != tf_range:
         return texture_range
@@ -296,8 +296,8 @@ def _table_mapping(texture_range: Range, tf_range: Range) -> tuple[str, bool, st
 def _whole_rays(volume: Volume) -> tuple[tuple[str, bool, str, bool], ...]:
     """Return shader replacements that weight a ray's last step by its part inside.
 
-    VTK omits the last step or, if the ray is shorter than a step or ends at a clipping plane,
-    counts all of it: parts thinner than a step would be far too opaque.
+    VTK omits the last step. If the ray is shorter than a step or ends at a clipping plane, VTK
+    counts the whole step, which makes parts thinner than a step far too opaque.
     """
     begin = "while (!g_exit)\n  {"
     count = "vec3({}.0, {}.0, {}.0)".format(*volume.dimensions)

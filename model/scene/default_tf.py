@@ -29,20 +29,20 @@ SEEN_OPACITY, SMOKE_OPACITY = 0.9, 0.75  # least opacity of half of the rays; le
 OPAQUE_RAY = 0.5  # opacity from which a ray counts as visible, with the mode at its highest
 
 SURROUNDS, MOST_RIM = 1.05, 0.9
-"""If the rim's peak surrounds the object: least share at the rim, relative to that in the volume;
-share at the rim that is always enough. Otherwise the rim cuts the object."""
+"""The rim's peak is background if its share of the rim is this many times its share of the volume,
+or at least this large. Otherwise the object itself reaches the rim."""
 
-RIM_FLANK = 0.2  # height at which the flank of the rim's peak ends, as a fraction of the peak's
+RIM_FLANK = 0.2  # height at which the rim's peak ends, as a fraction of the peak's height
 
 DISTINCT = 3.0
-"""Flanks from the rim's peak to the scalar range's end: with more, that end is no noise of the
-peak, but something else to show."""
+"""Distance from the rim's peak to an end of the scalar range, in flanks of the peak, from which the
+values there are not noise of the peak but something else to show."""
 
-CALM_RIM = 0.95  # least share of the rim at the lowest value around smoke: real air has noise
+CALM_RIM = 0.95  # least share of the lowest value at the rim of smoke; scans of air have noise
 
 SMOKE_STEPS, SMOKE_RISE, SMOKE_SPECKS = 16, 1.6, 0.02
-"""Parts of the scalar range; by how much one may have more voxels than an earlier one, in smoke;
-and the fraction of what is not background in which that does not count."""
+"""In smoke, higher values are rarer: number of equal parts of the scalar range; largest ratio of a
+part's voxels to a lower part's; and share of the voxels below which parts do not count."""
 
 MOST_FACTOR, FACTORS = 32.0, 41  # largest factor of optical depths; number of factors tried
 LEAST_AMPLITUDE, MOST_AMPLITUDE = 0.02, 0.9  # limits of the opacities of modes
@@ -54,8 +54,8 @@ def default_transfer_function(volume: Volume) -> TransferFunction:
     The means divide the log-scaled histogram into equal parts, so that rare values count. Opacity
     grows with the value, and falls with the number of voxels near it, so that frequent values do
     not hide others. The most frequent value at the rim, such as air, has no mode if there is
-    anything else. In a faint image the strongest mode is raised; all are, but less, in smoke, which
-    has no edge.
+    anything else. If the image would be faint, the strongest mode is raised; in smoke, which has no
+    surfaces, all modes are raised, but less.
     """
     lo, hi = volume.scalar_range
     counts, edges = volume.histogram(256)
@@ -136,7 +136,7 @@ def is_smoke(volume: ThinnedVolume) -> bool:
 
 
 def _raised(opacity: OpacityTF, volume: ThinnedVolume) -> OpacityTF:
-    """Raise the strongest mode until it is visible; all if that is not enough, or in smoke."""
+    """Raise the strongest mode until rays are opaque; all modes if that fails, or in smoke."""
     everything = slice(None)
     through = volume.ray_opacities(_times(opacity, everything, MOST_FACTOR)) > OPAQUE_RAY
     if not through.any():

@@ -324,9 +324,9 @@ class Volume:
     ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
         """Count measured voxels per bin of scalar values.
 
-        There are at most this many equal bins over the range, fewer for whole numbers, as each then
-        contains equally many; and at most as many on each side beyond it. Returns counts (n,) and
-        edges (n + 1,), in the data's units.
+        The range has at most `bins` equal bins; fewer for whole numbers, so that all bins hold
+        equally many of them. With `beyond`, there are at most as many on each side of the range.
+        Returns counts (n,) and edges (n + 1,), in the data's units.
         """
         edges = self.distribution.edges(self.scalar_range, bins, beyond)
         return self.distribution.histogram(edges), edges

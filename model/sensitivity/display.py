@@ -18,9 +18,9 @@ from model.scene.transfer_function import TF_SAMPLES, Range
 Measure = Literal["change", "signed"]
 """Measure of a region's reaction to an edit of the opacity TF.
 
-"signed" is the paper's (Eq. 11): the change of the l2 norm of the region's colours, above 0 where
-they become brighter. It is 0 for a black region, and if some pixels become brighter by as much as
-others darker. "change" is the l2 norm of the colours' change."""
+"signed" is the paper's (Eq. 11): the change of the l2 norm of the region's colours, above 0 if they
+become brighter. It is 0 for a black region, and if equal parts become brighter and darker. "change"
+is the l2 norm of the colours' change."""
 
 SMALL_EDIT = 0.01  # peak opacity of the displayed unit's edits
 UNIT = "change of pixel value per +.01 opacity"
@@ -137,10 +137,9 @@ def overlay_globally(
 ) -> NDArray[np.float64]:
     """Colour a field (S, S) by the scale of all values and make it opaque by its own.
 
-    Section 5.1.2 of the paper colours a value's field by the range of all values' fields, so that
-    colours are comparable, and maps the field's own range to opacity, so that the strongest place
-    of a weak field is visible. So opacity is full at `scale`, the field's own end, and the last
-    colour is at `whole`, see :func:`global_scale`.
+    As in section 5.1.2 of the paper. One colour scale for all values makes fields comparable: its
+    last colour is at `whole`, see :func:`global_scale`. The field's own scale for opacity makes
+    the strongest place of a weak field visible: opacity is full at `scale`.
     """
     strength = np.abs(np.nan_to_num(field))
     table = _table("all values")

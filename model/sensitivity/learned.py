@@ -1,8 +1,8 @@
 """A generator's sensitivity to the opacity TF (paper, section 5.1 and Eq. 11).
 
-A region's sensitivity to the TF is one reverse pass, an edit's effect on the image one forward
-pass. A field of all blocks and values takes many of either kind, whichever are fewer: as the
-network uses a latent code of the TF, one forward pass per number of the code is enough.
+A region's sensitivity to the TF takes one reverse pass, an edit's effect on the image one forward
+pass. A field of all blocks and values takes a reverse pass per block, or a forward pass per number
+of the TF's latent code, which are fewer.
 """
 
 import math

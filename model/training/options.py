@@ -65,8 +65,8 @@ class TrainingOptions:
     # Random opacity TFs without images in each step's decoded-TF loss: the codec needs far more
     # TFs than can be rendered.
     unrendered_tfs: int = 32
-    # Weights, within the decoded-TF loss, of the opacity of a thick layer, and of smooth edits of
-    # the unrendered TFs, without which derivatives by the TF degrade as training goes on.
+    # Weights within the decoded-TF loss: of the opacity of a thick layer; of smooth edits of the
+    # unrendered TFs. Without edits, derivatives by the TF get worse as training goes on.
     thick_layer_weight: float = 0.1
     tf_edit_weight: float = 0.3
     # Weight of an l1 loss on the opacity image.
