@@ -36,14 +36,21 @@ def read_stack(images: Sequence[Frame]) -> Grid:
     folder = first.file.path if len({f.file.path for f in frames}) == 1 else first.file.path.parent
     dtype = value_type(frames)
     checks.check_grid(folder, (first.columns, first.rows, len(frames)), dtype)
-    values = np.empty((len(frames), first.rows, first.columns), dtype)
+    # Tags often allow for more bits than there are: renderers draw 16 as they are.
+    least = np.dtype(np.int16) if dtype == np.int32 and stored_type(first).itemsize < 4 else dtype
+    values = np.empty((len(frames), first.rows, first.columns), least)
+    plane = np.empty(values.shape[1:], dtype)
     missing: NDArray[np.bool_] | None = None
     for z, frame in enumerate(counted("slices read", frames)):
-        padding = _fill(values[z], frame)
+        padding = _fill(plane, frame)
         if padding is not None and padding.any():
             if missing is None:
                 missing = np.zeros(values.shape, bool)
             missing[z] = padding
+        measured = plane if padding is None else plane[~padding]
+        if values.dtype != dtype and (measured != measured.astype(values.dtype)).any():
+            values = values.astype(dtype)
+        values[z] = plane
     units = {frame.units for frame in frames}
     said = _KINDS.get(first.file.text("PhotometricInterpretation"))
     grid = Grid(

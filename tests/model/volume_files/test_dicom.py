@@ -53,15 +53,18 @@ def test_a_folder_in_any_order(tmp_path, dtype):
 
 
 @pytest.mark.parametrize(
-    ("dtype", "slope", "intercept"),
-    [("uint16", 1, -1024), ("uint16", 2, -1000), ("int16", 0.25, 3.5)],
-)
-def test_rescaling_is_simpleitks(tmp_path, dtype, slope, intercept):
+    ("dtype", "slope", "intercept", "read"),
+    [("uint16", 1, -1024, "int16"), ("uint16", 16, -1000, "int32"),
+     ("int16", 1, -1024, "int16"), ("int16", 0.25, 3.5, "float32")],
+)  # fmt: skip
+def test_rescaling_is_simpleitks(tmp_path, dtype, slope, intercept, read):
     stored = (voxels(dtype) // 8).astype(dtype)
     tags = {"RescaleSlope": slope, "RescaleIntercept": intercept}
     folder = write_dicom(tmp_path / "ct", stored, **tags)
     expected = sitk.GetArrayFromImage(itk(folder)).astype(float)
-    check(read_volume(folder), expected, rtol=1e-6)
+    volume = read_volume(folder)
+    check(volume, expected, rtol=1e-6)
+    assert volume.voxels.dtype == read
     assert expected.max() == pytest.approx(float(stored.max()) * slope + intercept)
 
 
