@@ -11,6 +11,7 @@ from app import theme
 from app.caption_button import CaptionButton
 from app.controls import WheelGuard, add_choices, add_switch, fill, text_button
 from app.image_view.gestures import light_at
+from app.number_box import without_zero
 from app.state.edits import BRIGHTEST, DARKEST, STEPS_PER_OCTAVE, Brightness, brightness_at
 from app.state.reference_image import ReferenceImage
 from app.state.viewer_state import ViewerState
@@ -79,7 +80,8 @@ class BrightnessSlider(QWidget):
     def _show(self) -> None:
         with QSignalBlocker(self.slider):
             self.slider.setValue(self._brightness.step)
-        self.number.setText(f"{self._brightness.of('exact'):.2f}×")
+        factor = f"{self._brightness.of('exact'):.2f}"
+        self.number.setText(f"{without_zero(factor)}×")
         self.reset.setEnabled(self._brightness.value is not None)
 
 

@@ -143,6 +143,7 @@ def _shades(measure: display.Shown) -> QImage:
     return to_qimage(display.color_bar(measure, BAR.width())[None])
 
 
+RISES = "if opacity rises by .01"  # the edit whose change is shown
 KEPT_S = 1.0  # time for which images wait for their field; the newest one waits without limit
 LEAST_SEEN = 0.02  # least share of a pixel at the end of a scale: fainter values are invisible
 
@@ -216,7 +217,7 @@ class FieldCover(QObject):
         difference = np.asarray(what_if.difference.mean(axis=-1), dtype=np.float64)
         self.scale = display.scale_of(difference, display.LEAST_DIFFERENCE)
         colored = display.overlay(what_if.image, difference, self.scale, "signed")
-        self._caption = f"{short(self.scale)} (brighter): difference of pixel values by {edit}"
+        self._caption = f"{short(self.scale)} brighter with {edit}"
         self._show(colored, "signed", "change by the edit")
         detail = f"{edit}: changed by {change_text(what_if.rmse)} ({answer.source})"
         self.pane.name_cover("What if", detail, self._caption)
@@ -276,7 +277,7 @@ class FieldCover(QObject):
         else:
             self._caption = self._described(answer)
             title = f"What an edit at {values} changes"
-            meaning = f"change per .01 of opacity, {answer.source}"
+            meaning = f"change {RISES}, {answer.source}"
         band = self._asked.band
         if band is not None and band.kept:
             self._caption += "; Escape returns to the image"
@@ -291,8 +292,8 @@ class FieldCover(QObject):
         return display.shown_field(answer.value, edit, self._asked.choices.measure)
 
     def _described(self, answer: Answer[Any]) -> str:
-        end = " (brighter)" if self._asked.choices.measure == "signed" else ""
-        text = f"{short(self.scale)}{end}: slope per +.01 opacity, {answer.source}"
+        how = "brighter" if self._asked.choices.measure == "signed" else "changed"
+        text = f"{short(self.scale)} {how} {RISES}, {answer.source}"
         if answer.source == "learned" and self._asker.hint:
             text += ", outside what it was trained on"
         return text

@@ -172,9 +172,9 @@ def _edit(asker: SensitivityAsker, number: int, interval: Interval) -> tuple[Row
     words = {"change": "changes", "signed": "brighter" if change > 0 else "darker"}
     word = words[choices.measure]
     tip = EDIT_TIP.format(write(interval.low), write(interval.high))
-    effect = f"{word} {size}"
+    effect = f"{word} by {size}"
     row = Row((f"at {at}", effect), tip, badge=str(number))
-    return row, (effect, f"Edit {number} at {at}, {word} by {size}; Enter adds it")
+    return row, (effect, f"Edit {number} at {at}, {effect}; Enter adds it")
 
 
 def change_text(change: float) -> str:

@@ -80,7 +80,7 @@ def place_flags(flags: Sequence[QWidget], centers: Sequence[int], plot: QRect) -
         flag.move(left, plot.top())
 
 
-UNIT = " per .01"  # unit above the numbers: changes by an edit of .01 of opacity
+UNIT = "change"  # above the numbers, which are changes by an edit of .01 of opacity
 
 
 class ResponseLayer:
@@ -120,7 +120,7 @@ class ResponseLayer:
     def table(self) -> tuple[list[str], list[list[str]]]:
         """Return headings and rows of the curves that are drawn, a row for each scalar value."""
         scalar_range = self._state.scalar_range
-        columns = ["Value", *(f"Change per .01, {name}" for name in self._shown)]
+        columns = ["Value", *(f"Change if opacity rises by .01, {name}" for name in self._shown)]
         curves = [values for values, _range in self._shown.values()]
         rows = []
         for i, value in enumerate(np.linspace(*scalar_range, TF_SAMPLES)):
@@ -207,7 +207,8 @@ class ResponseLayer:
         self._area.second_labels.set_labels(labels, theme.CHANGE)
         what = "brighter (above 0) or darker" if signed else "size of the change"
         self._area.second_labels.setToolTip(
-            f"Change of the region's pixel values (0 to 1) per .01 of added opacity: {what}.\n"
+            "How much the region's pixels (0 to 1) change if a value's opacity rises by .01: "
+            f"{what}.\n"
             "An arrow marks where the curve leaves the plot."
         )
         self._mark_cut()

@@ -160,7 +160,7 @@ HINT = "\n".join(
 )
 
 _LEAST_SHARE = 1e-6  # smallest range that can be typed, as a fraction of the volume's
-PERCENTILES = {"0.1 to 99.9 % of the voxels": (0.1, 99.9), "1 to 99 % of the voxels": (1.0, 99.0)}
+PERCENTILES = {".1 to 99.9 % of the voxels": (0.1, 99.9), "1 to 99 % of the voxels": (1.0, 99.0)}
 
 
 class RangePopup(QFrame):
@@ -304,7 +304,7 @@ class TransferFunctionMenu(QObject):
         self._fine = add_switch(
             menu,
             "Logarithmic opacity",
-            "More room for opacities below 0.1",
+            "More room for opacities below .1",
             lambda on: self._area.set_scale(OpacityScale(on)),
         )
 

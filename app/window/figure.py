@@ -164,7 +164,9 @@ class Marks:
             profile = QRectF(own.left() - 0.9 * gap - curve, own.top(), curve, length)
             self._paint_colors(own, profile, each)
             self._write(own.center().x() - self._width_of(name) / 2, own.top() - 0.4 * text, name)
-            peaks.insert(0, f"{name} {each.opacity.sample(count=SAMPLES).max():.2g}".strip())
+            peaks.insert(
+                0, f"{name} {short(float(each.opacity.sample(count=SAMPLES).max()))}".strip()
+            )
         for place, label in marks:
             y = bar.bottom() - place * length
             tick = QPainterPath(QPointF(bar.right(), y))

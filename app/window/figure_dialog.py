@@ -21,7 +21,7 @@ from PySide6.QtWidgets import (
 )
 
 from app.controls import WheelGuard, answer_box, fill, form, label, list_box, named
-from app.number_box import WholeNumberBox
+from app.number_box import WholeNumberBox, short
 from app.picture import BLACK, LARGEST_SIZE, WHITE, Background, paint_background
 from app.window.figure import CONTENTS, FigureChoice, Size, Which
 from model.rendering.scale_bar import DEPTH_TEXT
@@ -115,7 +115,7 @@ class FigureDialog(QDialog):
         WheelGuard(box)
         box.setRange(low, high)  # type: ignore[arg-type]
         box.setValue(value)  # type: ignore[arg-type]
-        box.setToolTip(f"From {low:g} to {high:g}")
+        box.setToolTip(f"From {short(low)} to {short(high)}")
 
     def _lay_out(self) -> None:
         sides = fill(QHBoxLayout(), self.width_box, QLabel("×"), self.height_box, spacing=6)

@@ -19,6 +19,7 @@ from app.engines.background import LatestCall
 from app.engines.client import Channels, EngineState
 from app.engines.messages import Result
 from app.engines.requests import PictureRequest, Quality, SupersededError
+from app.number_box import short
 from app.picture import save_image
 from app.state.open_model import LIGHTS
 from app.state.settings import FigureSettings
@@ -488,7 +489,7 @@ def _add_texts(image: QImage, job: _Job) -> None:
         said.append(light if len(job.names) == 1 else f"{title}: {light}")
     image.setText("Light", "; ".join(said))
     if job.error is not None and math.isfinite(job.error):
-        text = f"Estimated RMSE of the ground truth's colours, from 0 to 1: {job.error:.2g}."
+        text = f"Estimated RMSE of the ground truth's colours, from 0 to 1: {short(job.error)}."
         image.setText("Error", text)
 
 

@@ -155,6 +155,8 @@ def test_what_is_not_chosen_follows_the_light(qtbot):
     brightness.set(1.0)
     brightness.set_lighting("exact", "soft")
     assert brightness.of("exact") == 1 and slider.reset.isEnabled()
+    brightness.set(0.5)
+    assert slider.number.text() == ".50×"
     slider.reset.click()
     assert brightness.of("exact") == LIT_BRIGHTNESS
 

@@ -269,7 +269,7 @@ def test_hovering_shows_where_the_value_is_visible_and_with_ctrl_what_an_edit_wo
     # Ctrl asks the other question where the mouse is.
     QTest.keyPress(window, Qt.Key.Key_Control)
     assert state.band is not None and state.band.effect and state.band.low == band.low
-    qtbot.waitUntil(lambda: "slope per" in cover.caption)
+    qtbot.waitUntil(lambda: "opacity rises" in cover.caption)
     QTest.keyRelease(window, Qt.Key.Key_Control)
     qtbot.waitUntil(lambda: "part of a pixel" in cover.caption)
 

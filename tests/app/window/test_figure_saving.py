@@ -31,7 +31,7 @@ def test_figures_are_saved_and_copied(qtbot, window, builders, tmp_path, monkeyp
         assert not saved.text("Error")
     for estimated, said in (
         (float("inf"), ""),
-        (0.0042, "Estimated RMSE of the ground truth's colours, from 0 to 1: 0.0042."),
+        (0.0042, "Estimated RMSE of the ground truth's colours, from 0 to 1: .0042."),
     ):
         builders.references[-1].image_error = estimated
         place = tmp_path / f"{estimated}.png"
