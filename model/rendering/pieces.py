@@ -15,6 +15,7 @@ from model.scene.volume import Volume
 LEAST_OPACITY = 0.005  # share of the TF's largest opacity from which values count as visible
 BAND = 0.25  # share of a band's largest opacity at which the band ends
 ALIKE = 0.98  # share of the connected voxels from which a band is not a separate piece
+LEAST_COUNT = 8  # voxels of a piece: two along each axis, as noise makes smaller ones
 LAST, TINY = TF_SAMPLES - 1, 1e-12
 MOST_VOXELS = 1 << 24  # most cells of the grid for the search; larger volumes are thinned
 
@@ -50,8 +51,8 @@ def pieces_at(volume: Volume, inputs: SceneInputs, place: NDArray[np.float64]) -
 
     The first piece has voxels that touch by their faces and are visible under the scene's TF, mask,
     crop box and clipping plane. The second, if different, has only those of the point's band of
-    values. Above 256 voxels cubed the search uses a coarser grid. Raises :class:`TfscopeError` if
-    nothing is visible.
+    values. Above 256 voxels cubed the search uses a coarser grid. Of labels, pieces have any size.
+    Raises :class:`TfscopeError` if nothing is visible, or nothing large enough.
     """
     last = np.array(volume.voxels.shape) - 1
     first, end = np.rint(inputs.part.corners(volume)[:, ::-1]).astype(int)
@@ -105,7 +106,12 @@ def pieces_at(volume: Volume, inputs: SceneInputs, place: NDArray[np.float64]) -
             within_band = _of_values(voxels, [band], volume) & shown
             found.append(piece_of(within_band, within[0], (start, stop)))
             break
-    return tuple(found if found[-1].count < ALIKE * found[0].count else found[:1])
+    found = found if found[-1].count < ALIKE * found[0].count else found[:1]
+    least = 1 if volume.file.is_labels else LEAST_COUNT
+    large = tuple(piece for piece in found if piece.count >= least)
+    if not large:
+        raise TfscopeError("What is connected here is too small, and may be noise; click another.")
+    return large
 
 
 def _band_around(opacity: NDArray[np.float64], bin_: int) -> tuple[int, int]:

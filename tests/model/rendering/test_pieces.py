@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -101,7 +103,11 @@ def test_on_a_coarse_grid_pieces_are_the_same_voxels(monkeypatch, edge):
 
 def test_specks_by_the_thousand_and_two_slices_have_pieces():
     voxels = np.where(np.indices((24,) * 3).sum(axis=0) % 2, 0, 100).astype(np.uint8)
-    (piece,) = pieces_at(Volume(voxels).over(RANGE), inputs(), at(4, 4, 4, 24))
+    specks, place = Volume(voxels).over(RANGE), at(4, 4, 4, 24)
+    with pytest.raises(TfscopeError, match="too small"):
+        pieces_at(specks, inputs(), place)
+    # A label may be as small.
+    (piece,) = pieces_at(replace(specks, file=FileFacts(is_labels=True)), inputs(), place)
     assert piece.count == 1 and piece.voxels.shown[4, 4, 4]
     assert np.count_nonzero(piece.voxels.shown) == 27 - 12
     voxels = np.zeros((2, 9, 9), np.uint8)
