@@ -12,6 +12,11 @@ def make_volume(name="ramp", top=200.0):
     return Volume(scalars, name=name, units="K")
 
 
+def byte_volume():
+    """A ramp whose kernels other tests have compiled: one type of voxels is as good as another."""
+    return Volume(make_volume().voxels.astype(np.uint8))
+
+
 def make_tf(*means):
     modes = tuple(GaussianMode(mean, 8.0, 0.5) for mean in means or (130.0, 170.0))
     stops = ((100.0, 0.0, 0.0, 0.0), (150.0, 0.2, 0.6, 0.4), (200.0, 1.0, 1.0, 1.0))

@@ -67,8 +67,8 @@ def test_each_shipped_volume_opens_with_its_tf_view_and_light(builders, tmp_path
     start = WindowStart(Path("ramp" if sample is None else "sample"))
     own = sample.lighting if sample else "soft"
     # A given model is seen in its own light.
-    looks = ({"model": START.model}, "none soft"), ({}, own), ({"lighting": "direct"}, "direct")
-    for asked, lightings in looks:
+    looks = [({"model": START.model}, "none soft"), ({"lighting": "direct"}, "direct"), ({}, own)]
+    for asked, lightings in looks if sample in (None, SAMPLES[0]) else looks[-1:]:
         start = replace(WindowStart(start.volume), **asked)
         assert run_window(start, "auto", tmp_path / "a.png", builders.make()) == 0
         assert builders.settings[-1].lighting in lightings.split()

@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from model.kernel_cache import KernelGroup
 from tests.benchmarks import extremes, motion, networks, path_light, renderers, sensitivity, slices
 from tests.benchmarks.opening import distinct
 
@@ -13,6 +14,12 @@ def small(tmp_path_factory):
     return f"--volume {path} --size 16".split()
 
 
+@pytest.fixture
+def windows(qapp, monkeypatch):
+    """Windows compile the kernels that they use, and start no processes that compile others."""
+    monkeypatch.setattr(KernelGroup, "is_prepared", True)
+
+
 def test_all_tables_are_printed(small, capsys):
     for benchmark in (renderers, sensitivity):
         benchmark.main([*small, "--count", "1"])
@@ -23,7 +30,7 @@ def test_all_tables_are_printed(small, capsys):
     assert "eager" in capsys.readouterr().out
 
 
-def test_a_drag_is_measured(small, capsys, qapp, monkeypatch):
+def test_a_drag_is_measured(small, capsys, windows, monkeypatch):
     monkeypatch.setattr(motion, "QUIET_S", 0.1)
     for what in ("view", "handle"):
         motion.main([*small[:2], "--lighting", "none", "--seconds", "0.5", "--drag", what])
@@ -43,8 +50,8 @@ def test_extremes_are_written_into_their_page_and_nothing_is_infinite(kinds, row
     assert text.count("\n| ") > 2 * rows
 
 
-def test_scrolled_slices_are_counted(capsys, qapp):
-    slices.main(["--side", "16", "--seconds", "0.1"])
+def test_scrolled_slices_are_counted(small, capsys, windows):
+    slices.main([*small[:2], "--seconds", "0.1"])
     assert "overlay" in capsys.readouterr().out
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import torch
 from lively import SIZE, lively_network
-from ramp import make_tf, make_volume
+from ramp import byte_volume, make_tf
 from window_fakes import PATIENCE_S, FakeEngine, make_request
 
 from app.engines import drawer, path_tracing, renderer_engine
@@ -242,7 +242,7 @@ def test_time_and_error_of_what_moves_are_measured_against_the_image_at_rest(clo
     "asked", ["images", "images_of", "picture", "region_sensitivity", "visibility"]
 )
 def test_the_ray_caster_gives_up_anywhere(asked):
-    engine = RendererEngine(Drawer(RaycastRenderer(make_volume(), threads=1), 0.5))
+    engine = RendererEngine(Drawer(RaycastRenderer(byte_volume(), threads=1), 0.5))
     inputs, quality = make_request(1).inputs, Quality(64)
     request = {
         "images": BatchRequest(inputs, quality, (inputs,) * 3),
@@ -267,7 +267,7 @@ def traced(engine, size, samples):
 
 
 def test_path_traced_light_says_its_samples_and_is_given_up_when_nobody_wants_it():
-    renderer = RefiningRenderer(PathTracer(make_volume(), threads=1), None)
+    renderer = RefiningRenderer(PathTracer(byte_volume(), threads=1), None)
     engine = PathTracingEngine(renderer, sample_distance=0.5)
     images = traced(engine, 32, 16)
     whole = [image for image in images if image.width == 32]
@@ -292,14 +292,14 @@ def test_a_path_traced_image_goes_on_where_it_ended():
             passes.append(1)
             return super()._run(*arguments)
 
-    engine = PathTracingEngine(RefiningRenderer(Counting(make_volume(), threads=1), None), 0.5)
+    engine = PathTracingEngine(RefiningRenderer(Counting(byte_volume(), threads=1), None), 0.5)
     traced(engine, 16, 2)
     passes.clear()
     images = traced(engine, 16, 8)
     # Two samples more, then four, and nothing coarser.
     assert len(passes) == 2
     assert [image.samples for image in images] == [2, 4, 8]
-    whole = PathTracer(make_volume(), threads=1).render(make_request(1).inputs, 16, samples=8)
+    whole = PathTracer(byte_volume(), threads=1).render(make_request(1).inputs, 16, samples=8)
     np.testing.assert_allclose(images[-1].rgba, whole, atol=1e-6)
     # What is good enough is there at once.
     assert [image.samples for image in traced(engine, 16, 4)] == [8]
@@ -308,7 +308,7 @@ def test_a_path_traced_image_goes_on_where_it_ended():
 
 def test_two_path_traced_images_in_turn_are_each_as_if_it_were_alone():
     engine = PathTracingEngine(
-        RefiningRenderer(PathTracer(make_volume(), threads=1), None), sample_distance=0.5
+        RefiningRenderer(PathTracer(byte_volume(), threads=1), None), sample_distance=0.5
     )
     stop = replace(STOPS["balanced"], samples=8, error=0.0)
     a = ImageRequest(make_request(1).inputs, Quality(16), stop)
@@ -323,14 +323,14 @@ def test_two_path_traced_images_in_turn_are_each_as_if_it_were_alone():
     again = list(engine.images_of(b))[-1]
     assert first.samples < last.samples == again.samples == 8
     for request, image in ((a, last), (b, again)):
-        alone = PathTracer(make_volume(), threads=1).render(request.inputs, 16, samples=8)
+        alone = PathTracer(byte_volume(), threads=1).render(request.inputs, 16, samples=8)
         np.testing.assert_allclose(image.rgba, alone, atol=1e-6)
     engine.close()
 
 
 def test_where_nothing_cleans_soft_light_is_seen_while_something_moves():
-    soft = Drawer(RaycastRenderer(make_volume(), "soft", LightDirection()), 0.5)
-    renderer = RefiningRenderer(PathTracer(make_volume(), threads=1), None)
+    soft = Drawer(RaycastRenderer(byte_volume(), "soft", LightDirection()), 0.5)
+    renderer = RefiningRenderer(PathTracer(byte_volume(), threads=1), None)
     engine = PathTracingEngine(renderer, 0.5, open_soft=lambda: soft)
     inputs = replace(make_request(1).inputs, light=LightDirection())
     live = ImageRequest(inputs, Quality(32, live=True))
@@ -345,7 +345,7 @@ def test_where_nothing_cleans_soft_light_is_seen_while_something_moves():
 
 @pytest.mark.parametrize(("live", "distance"), [(False, 0.1), (True, 0.5)])
 def test_small_pictures_at_rest_have_the_samples_of_large_ones(live, distance):
-    renderer = RaycastRenderer(make_volume(), threads=1)
+    renderer = RaycastRenderer(byte_volume(), threads=1)
     engine = RendererEngine(Drawer(renderer, 0.5, "raycast", 0.1))
     inputs = make_request(1).inputs
     (image,) = engine.images(BatchRequest(inputs, Quality(24, live=live)))
@@ -355,14 +355,14 @@ def test_small_pictures_at_rest_have_the_samples_of_large_ones(live, distance):
 
 def test_small_path_traced_pictures_have_few_samples():
     """Six of 200 x 200 pixels with 64 samples of each held the image up for half a minute."""
-    renderer = RefiningRenderer(PathTracer(make_volume(), threads=1), None)
+    renderer = RefiningRenderer(PathTracer(byte_volume(), threads=1), None)
     assert renderer.samples == 64 and not renderer.cleans
     engine = PathTracingEngine(renderer, sample_distance=0.5)
     inputs = make_request(1).inputs
     other = replace(inputs, view=View(azimuth=80.0))
     request = BatchRequest(inputs, Quality(24), (other,))
     for image, seen in zip(engine.images(request), (inputs, other), strict=True):
-        tracer = PathTracer(make_volume(), threads=1)
+        tracer = PathTracer(byte_volume(), threads=1)
         np.testing.assert_allclose(image, tracer.render(seen, 24, samples=16), atol=1e-6)
     engine.close()
 
@@ -370,7 +370,7 @@ def test_small_path_traced_pictures_have_few_samples():
 def test_path_traced_tiles_make_up_the_picture_that_is_traced_as_a_whole(monkeypatch):
     monkeypatch.setattr(renderer_engine, "TILE", 40)
     monkeypatch.setattr(path_tracing, "MARGIN", 5)
-    renderer = RefiningRenderer(PathTracer(make_volume(), threads=1), None, samples=2)
+    renderer = RefiningRenderer(PathTracer(byte_volume(), threads=1), None, samples=2)
     engine = PathTracingEngine(renderer, sample_distance=0.5)
     whole, inputs = Raster(90, 50), make_request(1).inputs
     for samples in (1, 4):
@@ -402,7 +402,7 @@ def test_a_picture_to_save_is_put_together_from_tiles():
 
 
 def test_small_pictures_are_traced_where_that_is_wanted_and_there_is_time(monkeypatch):
-    volume, light = make_volume(), LightDirection()
+    volume, light = byte_volume(), LightDirection()
     built = []
 
     def tracing():
@@ -425,7 +425,7 @@ def test_small_pictures_are_traced_where_that_is_wanted_and_there_is_time(monkey
 
 
 def test_under_path_traced_light_pictures_and_fields_are_soft_and_curves_unlit():
-    volume, light = make_volume(), LightDirection()
+    volume, light = byte_volume(), LightDirection()
     engine = PathAnalyst(volume, light, 0.5)
     soft, unlit = RaycastRenderer(volume, "soft", light), RaycastRenderer(volume)
     inputs = replace(make_request(1).inputs, light=light)
@@ -449,7 +449,7 @@ SMALL = Quality(16)
 
 @pytest.fixture(scope="module")
 def engine():
-    card = ModelCard(Scene.of(make_volume(), SIZE.image_size), "draft", SIZE)
+    card = ModelCard(Scene.of(byte_volume(), SIZE.image_size), "draft", SIZE)
     return GeneratorEngine(Generator(card, lively_network(), torch.device("cpu")))
 
 

@@ -117,13 +117,13 @@ def test_a_drag_moves_the_cross_hair_of_all_slices_and_what_they_show_is_remembe
     assert (voxel(window), state(window).colors, state(window).window) == wanted
 
 
-@pytest.mark.parametrize(("number", "to"), [(0, (0, 2, 3)), (1, (0, 2, 5))])
-def test_a_double_click_makes_one_large_and_leaves_the_cross_hair(window, number, to):
-    view, column = views(window)[number], window.slices.column
+def test_a_double_click_makes_one_large_and_leaves_the_cross_hair(window):
+    (level, front, _), column = views(window), window.slices.column
     drag(column.parent().handle(1), QPoint(0, 40), QPoint(-50, 40))
     before, small = voxel(window), column.width()
-    for is_large in (True, False):
-        point = at(window, view, *to)
+    to = {level: (0, 2, 3), front: (0, 2, 5)}
+    for view, is_large in ((level, True), (level, False), (front, True), (front, False)):
+        point = at(window, view, *to[view])
         QTest.mouseClick(view.viewport(), Qt.MouseButton.LeftButton, pos=point)
         assert voxel(window) != before
         QTest.mouseDClick(view.viewport(), Qt.MouseButton.LeftButton, pos=point)
@@ -319,31 +319,31 @@ def labels():
     return Volume(voxels, (1.0, 1.0, 7.0), file=facts, name="labels")
 
 
-@pytest.mark.parametrize(
-    ("volume", "here", "said"),
-    [
-        (with_missing(), (1, 2, 3), "nothing measured"),
-        (labels(), (2, 2, 2), "3   liver   voxel 3, 3, 3\nx 2  y 2  z 14"),
-        (Volume(make_volume().voxels, (1e-9, 2e-9, 3e-9)), (1, 1, 1), "x 1e-09  y 2e-09  z 3e-09"),
-        (Volume(make_volume().voxels, (0.01,) * 3, (1e3,) * 3), (1, 1, 2), "x 1000.01  y 1000.01"),
-        (Volume(make_volume().voxels[2:4] * HUGE, (20.0, 1, 1)), (3, 0, 1), "x 60  y 0  z 1"),
-    ],
-    ids=["missing", "labels", "tiny", "far", "two thin slices of huge values"],
-)  # fmt: skip
-def test_other_volumes_have_slices(qtbot, builders, window, volume, here, said):
-    builders.volumes["other"] = volume
-    open_volume(qtbot, window, "other")
-    state(window).move(place_at(volume, here))
-    assert said in readout(window)
-    for view in views(window):
-        point = at(window, view, *here)
-        assert view.rect().contains(point)
-        assert voxel_of(volume, view.place_under(QPointF(point))) == here
-    shown = pixel(views(window)[0], at(window, views(window)[0], *here) + QPoint(2, 2))
-    assert shown[1] > shown[0] + 100 if volume.file.is_labels else shown[0] == shown[1] == shown[2]
-    is_smooth = bool(views(window)[0].renderHints() & QPainter.RenderHint.SmoothPixmapTransform)
-    assert is_smooth != volume.file.is_labels
-    if volume.missing is not None:
-        window.workspace.opening.draw_missing(True)
-        qtbot.waitUntil(lambda: state(window).volume.draws_missing)
-        assert said not in readout(window)
+OTHERS = [
+    (with_missing(), (1, 2, 3), "nothing measured"),
+    (Volume(make_volume().voxels, (1e-9, 2e-9, 3e-9)), (1, 1, 1), "x 1e-09  y 2e-09  z 3e-09"),
+    (Volume(make_volume().voxels, (0.01,) * 3, (1e3,) * 3), (1, 1, 2), "x 1000.01  y 1000.01"),
+    (Volume(make_volume().voxels[2:4] * HUGE, (20.0, 1, 1)), (3, 0, 1), "x 60  y 0  z 1"),
+    (labels(), (2, 2, 2), "3   liver   voxel 3, 3, 3\nx 2  y 2  z 14"),
+]  # fmt: skip
+
+
+def test_other_volumes_have_slices(qtbot, builders, window):
+    for volume, here, said in OTHERS:
+        builders.volumes[str(here)] = volume
+        open_volume(qtbot, window, str(here))
+        state(window).move(place_at(volume, here))
+        assert said in readout(window)
+        for view in views(window):
+            point = at(window, view, *here)
+            assert view.rect().contains(point)
+            assert voxel_of(volume, view.place_under(QPointF(point))) == here
+        level = views(window)[0]
+        red, green, blue = pixel(level, at(window, level, *here) + QPoint(2, 2))
+        assert green > red + 100 if volume.file.is_labels else red == green == blue
+        is_smooth = bool(level.renderHints() & QPainter.RenderHint.SmoothPixmapTransform)
+        assert is_smooth != volume.file.is_labels
+        if volume.missing is not None:
+            window.workspace.opening.draw_missing(True)
+            qtbot.waitUntil(lambda: state(window).volume.draws_missing)
+            assert said not in readout(window)

@@ -64,10 +64,9 @@ def test_the_ray_caster_draws_what_the_slow_one_draws(view, clip, lighting):
 
 @cuts
 @pytest.mark.parametrize("lighting", ["none", "direct"])
-@pytest.mark.parametrize("raster", [Raster(64, 64), Raster(48, 80, 0, 20, 48, 40)])
-def test_vtk_draws_the_same(view, clip, lighting, raster):
+def test_vtk_draws_the_same(view, clip, lighting):
     volume = noisy()
-    for tf in (MODES, SOLID):
+    for tf, raster in ((MODES, Raster(64, 64)), (SOLID, Raster(48, 80, 0, 20, 48, 40))):
         inputs = scene(view, tf, clip=clip)
         ours, vtk = (
             drawn(partial(open_renderer, name), volume, inputs, raster, lighting)
@@ -88,17 +87,15 @@ def test_a_plane_along_a_face_is_the_crop_boxs(axis, side):
     volume, place = noisy(), 0.37
     crop = CropBox().with_plane(axis, side, place)
     clip = face(axis, 1 if side else -1, place, volume)
+    view = NEAR if side else PERSPECTIVE
+    both = scene(view, SOLID, crop=crop), scene(view, SOLID, clip=clip)
     looks = [("raycast", "none", 2e-3), ("raycast", "direct", 2e-3), ("raycast", "soft", 2e-3)]
-    for view in (PERSPECTIVE, NEAR):
-        both = scene(view, SOLID, crop=crop), scene(view, SOLID, clip=clip)
-        for name, lighting, tolerance in (*looks, ("vtk", "direct", 0.02)):
-            opens = partial(open_renderer, name)
-            one, other = (drawn(opens, volume, inputs, 32, lighting) for inputs in both)
-            np.testing.assert_allclose(one, other, atol=tolerance)
-        for one, other in zip(
-            *(places_along(volume, each, (0.1, 0.2)) for each in both), strict=True
-        ):
-            np.testing.assert_allclose(one, other, atol=1e-9)
+    for name, lighting, tolerance in (*looks, ("vtk", "direct", 0.02)):
+        opens = partial(open_renderer, name)
+        one, other = (drawn(opens, volume, inputs, 32, lighting) for inputs in both)
+        np.testing.assert_allclose(one, other, atol=tolerance)
+    for one, other in zip(*(places_along(volume, each, (0.1, 0.2)) for each in both), strict=True):
+        np.testing.assert_allclose(one, other, atol=1e-9)
 
 
 @pytest.mark.parametrize("view", [PERSPECTIVE, NEAR])

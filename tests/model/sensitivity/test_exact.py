@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from ramp import make_tf, make_volume
+from ramp import byte_volume, make_tf
 
 from model.errors import RenderError
 from model.rendering.raster import BLUR, Raster, middle_square
@@ -199,7 +199,7 @@ def block_norms(image, blocks):
 @pytest.mark.parametrize("lighting", ["none", "soft"])
 def test_fields_hold_how_the_norm_of_each_block_changes(lighting):
     inputs, width = SceneInputs.of(View(40, 20, 3, 1.0), make_tf()), 6.0
-    renderer = RaycastRenderer(make_volume(), lighting, threads=1, sample_distance=1.0)
+    renderer = RaycastRenderer(byte_volume(), lighting, threads=1, sample_distance=1.0)
     fields = block_fields(renderer, inputs, 16, 4, width)
     edit = edit_around(150.0, (100.0, 200.0), width).astype(np.float64)
     change = renderer.change(inputs, 16, edit.astype(np.float32))

@@ -242,8 +242,8 @@ def test_the_estimated_error_is_the_error():
     volume = balls("uint8")
     inputs = seen(volume)
     tracer = PathTracer(volume, seed=3)
-    *_, truth = tracer.refine(inputs, 32, 2048)
-    found = {e.samples: e for e in PathTracer(volume, seed=8).refine(inputs, 32, 64)}
+    *_, truth = tracer.refine(inputs, 24, 1024)
+    found = {e.samples: e for e in PathTracer(volume, seed=8).refine(inputs, 24, 64)}
     tracer.close()
     assert list(found) == [1, 2, 4, 8, 16, 32, 64]
     assert math.isinf(found[1].error)
@@ -425,12 +425,15 @@ def ring_power(kind, view):
     return float(np.mean((even - smooth @ (smooth.T @ even)) * (odd - smooth @ (smooth.T @ odd))))
 
 
-PATHS = pytest.param("path path", marks=pytest.mark.slow)
-RING_VIEWS = View(60, 40, 0, 0.7), View(110, -30, 0, 0.7), View(20, 15, 0, 0.7)
-
-
-@pytest.mark.parametrize("view", RING_VIEWS)
-@pytest.mark.parametrize("kind", ["raycast direct", "raycast soft", "vtk direct", PATHS])
+@pytest.mark.parametrize(
+    ("kind", "view"),
+    [
+        ("raycast direct", View(60, 40, 0, 0.7)),
+        ("raycast soft", View(110, -30, 0, 0.7)),
+        ("vtk direct", View(20, 15, 0, 0.7)),
+        pytest.param("path path", View(60, 40, 0, 0.7), marks=pytest.mark.slow),
+    ],
+)
 def test_large_voxels_have_few_rings(kind, view, monkeypatch):
     smooth = ring_power(kind, view)
     # Linear values and usual normals, of paths with close samples and with the usual steps.
