@@ -56,7 +56,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
             if type(error).__name__ == "Abort":
                 return 130
             raise
-        return _fail(f"{error.format_message()} See --help.")
+        return _fail(f"{error.format_message().rstrip('.')}. See --help.")
     return code if isinstance(code, int) else 0
 
 

@@ -140,7 +140,7 @@ class Drawer:
         half = self._image(partial(drawn, ((0, 0), (1, 1))))
         shown = half.rgba.copy()
         fill_white_squares(shown)
-        # Its time judges no light.
+        # Without a time by which the light would be judged: it is half an image.
         yield replace(half, rgba=shown, is_last=False, is_preview=True, quiet_seconds=None)
         rest = self._image(partial(drawn, ((0, 1), (1, 0))))
         seconds = half.seconds + rest.seconds

@@ -21,7 +21,7 @@ FINER = 1.2  # smallest factor by which the next image is wider
 FIRST_SIZE = 384  # largest side of the first image, whose time per pixel is unknown
 
 FIRST_SCALE, FIRST_SLOW_SCALE = 0.35, 0.25
-"""Its fractions of the width, without and with slow light."""
+"""Width of the first image, as a fraction of the whole one's, without and with slow light."""
 
 
 class Pace:

@@ -158,7 +158,7 @@ class PathTracingEngine(RendererEngine):
         begun = time.perf_counter()
         traced.last = next(traced.coming, None)
         if traced.last is None:
-            # It has ended because the image is no longer wanted.
+            # The refinement ends early only if the image is no longer wanted.
             traced.is_given_up = True
             raise SupersededError
         self._seconds = time.perf_counter() - begun

@@ -183,7 +183,7 @@ class EngineWorker(QObject):
             elif begun:
                 request, coming = begun.pop(next(iter(begun)))
             else:
-                # Woken because B is hidden.
+                # Without a request, the mailbox wakes this thread when B is hidden.
                 self._close_unused()
                 self._engines[None].forget(IMAGES_B)
                 continue

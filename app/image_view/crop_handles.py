@@ -26,7 +26,7 @@ CURSORS = (
     Qt.CursorShape.SizeVerCursor,
     Qt.CursorShape.SizeFDiagCursor,
 )
-"""For movements to the right, and each turned by 45 degrees counter-clockwise from it."""
+"""Cursors by direction of movement: to the right, then in steps of 45 degrees counter-clockwise."""
 
 MOST_COSINE = 0.985  # largest cosine of axis and line of sight at which its planes are dragged
 ARROW = 0.3  # length of the clipping plane's normal, in halves of the image's shorter side

@@ -70,7 +70,7 @@ def to_qimage(
         levels = np.clip(levels, 0, 1)
         brighten(levels[..., :3], brightness)
     formats = QImage.Format
-    # Of the second of these formats, Qt enlarges images fastest.
+    # The second is the format in which Qt enlarges images fastest.
     given, shown = formats.Format_RGBX32FPx4, formats.Format_RGB32
     if clear:
         # Light may be brighter than its opacity allows; more opacity keeps the colour.

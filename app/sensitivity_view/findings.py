@@ -152,7 +152,7 @@ def edits_found(
         out = peaks.left_out
         note = "" if out is None else f"Not listed: background, at {asker.state.value_text(out)}"
     elif is_fresh:
-        # Or it only rises towards values of hardly any voxel.
+        # Without a peak, the curve is flat or rises towards very rare values.
         flat = peaks.strongest is None
         note = "no edit changes this region" if flat else "the curve has no peak"
     else:

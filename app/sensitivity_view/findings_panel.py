@@ -273,7 +273,7 @@ class FindingsPanel(QFrame):
         """Show or hide the panel."""
         focus = QApplication.focusWidget()
         if not self.is_open and focus is not None and self.isAncestorOf(focus):
-            # Else Qt would frame the volume's name, next in the window.
+            # Otherwise Qt would move the focus to the volume's name in the bar.
             self.window().setFocus()
         if self.isHidden() == self.is_open:
             self._keep_room(self._plot.underMouse())
@@ -331,7 +331,7 @@ class FindingsPanel(QFrame):
             (self.edits_note, self.edit_rows, edits),
         ):
             note.setText(found.note)
-            # With little room, rows are enough.
+            # In a low panel, the note is left out if there are rows.
             note.setVisible(bool(found.note) and not (self._is_low and found.rows))
             for row, shown in zip_longest(rows, found.rows):
                 row.show_row(shown, found.is_fresh)

@@ -240,7 +240,7 @@ class EditActions:
         self._state, self._asked = asker.state, asker.asked
         self._shown_colors, self._made_visible, self._say = shown_colors, made_visible, say
         self._ways_back: dict[tuple[Emphasis, OpacityTF], tuple[float, OpacityTF]] = {}
-        """For undoing the edit that led to a TF: its value, and the TF before."""
+        """Value and TF to return to, by the edit that would undo another and the TF after that."""
 
     def add_mode(self, index: int, striking: bool = False) -> None:
         """Add a mode in an interval, optionally in a colour that stands out."""

@@ -1,4 +1,4 @@
-"""When answers are due while something moves, and at what size.
+"""Times and sizes of answers while something moves.
 
 All answers together take a tenth of the time, at most a fifth; the rest is for pictures. No shown
 answer may be more than half a second old, so answers get smaller, not rarer.

@@ -132,7 +132,7 @@ class LatentSession(QObject):
         # The most different of the samples that pass the filters; chosen when the browser is opened
         # or a filter changes, and kept while the view turns.
         self.different: NDArray[np.int64] | None = None
-        # Of the present TF.
+        # Place of the present TF.
         self.place: tuple[float, float] | None = None
         self._state = state
         self._latent = latent
@@ -154,7 +154,7 @@ class LatentSession(QObject):
         self._embedding: EmbeddingProcess | None = None
         self._advanced.connect(self._report_progress, Qt.ConnectionType.QueuedConnection)
         latent.choicesChanged.connect(self._choices_changed)
-        # Not while the view turns: the engines need the processor then.
+        # At the end of each change: while the view turns, engines need the processors.
         state.inputsChangeFinished.connect(self._look)
         state.tf_input.changed.connect(lambda _tf: self._place_present())
         self._before = latent.choices
@@ -167,7 +167,7 @@ class LatentSession(QObject):
     def start_volume(self, volume: Volume, window: Range) -> None:
         """Set another volume; its space is opened when the browser is shown."""
         if volume is not self._volume:
-            # Its filters mean nothing here.
+            # Filters of the previous volume mean nothing here.
             self._latent.start_choices()
             self._latent.choose(band=None, on_map=False)
         self._volume, self._window = volume, window
@@ -242,7 +242,7 @@ class LatentSession(QObject):
     def _choices_changed(self, choices: LatentChoices) -> None:
         before, self._before = self._before, choices
         if choices.shown and not before.shown:
-            # It may have been cancelled.
+            # The computation may have been cancelled earlier.
             self.compute_map()
             self._chosen_by = None
         if choices.codec != before.codec:

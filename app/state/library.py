@@ -54,7 +54,7 @@ class Library:
             if card is not None and card.scene.volume_fingerprint == fingerprint:
                 is_shipped = folder in shipped
                 name = folder.name.replace("_", " ") if is_shipped else folder.name
-                # Of the shipped models, the one in direct light shows most.
+                # Among shipped models, the one in direct light comes first: it shows most.
                 is_later = is_shipped and card.scene.lighting != "direct"
                 rank = folder not in own[:1], is_shipped, is_later
                 found.append((rank, KnownModel(folder, name, error_text(card.metrics))))

@@ -337,7 +337,7 @@ class Preferences(QObject):
         new, self._new_masks = self._new_masks, {}
         files = [file.unwritten() for file in self._volumes.values()]
         writes = [*new.values(), *filter(None, (self._settings.unwritten(), *files))]
-        # Last: until then a memory may name one of them.
+        # Removed last: until it is written, a memory may name an old mask.
         writes += [partial(_remove_old_masks, path) for path in new]
 
         def write() -> None:

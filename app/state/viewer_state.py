@@ -90,7 +90,7 @@ class ViewerState(ViewNavigation):
         self.mask_input: EditedInput[Mask | None] = plain("mask")
         self.edited: dict[str, EditedInput[Any]] = {
             "light": _EditedLight(None, "move light", self.edits, self),
-            # Of B; None for that of A.
+            # None means that B has the light of A.
             "light_b": plain("move light of B"),
             "crop": self.crop_input,
             "clip": self.clip_input,

@@ -341,7 +341,7 @@ class Workspace(QObject):
         if scene is not None and is_alike and tf.scalar_range != scene.scalar_range:
             self._state.tf_input.set(fit_to_range(tf, scene.scalar_range), "range of the model")
         elif scene is not None and not is_alike and self.opened is not None and self._is_untouched:
-            # As if the model had been open before the volume.
+            # The result is the same as if the model had been opened before the volume.
             self.opening.show_over(scene.scalar_range, scene.scale)
         self._scheduler.send()
 
@@ -386,7 +386,7 @@ class Workspace(QObject):
         self.model.follow_light(self.reference.settings, self.reference.wanted)
         self._scheduler.generator_follows = self.model.draws_path
         if not self._reference_comes_first():
-            # It may be hidden by now.
+            # The reference, for which the model waited, may be hidden by now.
             self.model.begin()
 
     def _restart_questions(self) -> None:

@@ -249,7 +249,7 @@ class CropCard(Card):
             self.window().setFocus()
         if shown != self.is_shown:
             for slider in (*self.sliders, self.offset):
-                # It does not get the mouse's release.
+                # A hidden slider does not get the mouse's release.
                 slider.setSliderDown(False)
             self.setVisible(shown)
             self.shownChanged.emit(shown)
@@ -258,7 +258,7 @@ class CropCard(Card):
         """Set the number of voxels along x, y and z."""
         self._dimensions = dimensions
         for axis, count in enumerate(dimensions):
-            # Its ends get no closer to each other.
+            # The ends cannot get closer to each other than this.
             self.sliders[axis].setSingleStep(least_length(count))
             for box in self.planes[axis]:
                 box.setFixedWidth(box.fontMetrics().horizontalAdvance(f"{count}") + PADDING)
@@ -276,7 +276,7 @@ class CropCard(Card):
             slider.setToolTip("Drag an end, or the middle to move the slab")
             slider.setMinimumWidth(SLIDER_WIDTH)
             slider.setRange(0.0, 1.0)
-            # For the keyboard there are the numbers next to it.
+            # The keyboard uses the number boxes instead.
             slider.setFocusPolicy(Qt.FocusPolicy.NoFocus)
             WheelGuard(slider)
             for column, widget in enumerate((self.names[axis], first, slider, last)):
@@ -337,7 +337,7 @@ class CropCard(Card):
         if self._state.clip is not None:
             self._state.clip_input.move(replace(self._state.clip, offset=offset))
             if not self.offset.isSliderDown():
-                # By a key.
+                # A key has moved it, so no release ends the change.
                 self._state.clip_input.finish(merge_key="clipping plane")
 
     def _type(self, axis: int, side: int, voxel: int) -> None:

@@ -268,7 +268,7 @@ class FigureChoice:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Its images and difference, from left to right."""
+        """Names of its images and difference, from left to right."""
         return CONTENTS[self.which][1]
 
     @property

@@ -232,7 +232,7 @@ class FigureSaving(QObject):
             frames = [replace(inputs, view=view) for view in views]
         job = self._job = self._new_job(choice, place, frames)
         if choice.which == "difference":
-            # Of both images as shown: the numbers must be the screen's.
+            # From the images as shown, so that the figure has the numbers of the screen.
             if not self._compared():
                 self._fail("There is no difference to save yet. Wait until both images are final.")
                 return

@@ -87,7 +87,7 @@ class PaneLayout(QSplitter):
 
     def _update(self) -> None:
         both = self.shown == "both" and (self.is_asked or not self.is_surrogate)
-        # One image is always shown.
+        # At least one image is always shown.
         alone = self.shown == "generator" and self.can_compare
         generator = alone or (both and self.can_compare)
         focus = QApplication.focusWidget()

@@ -74,7 +74,7 @@ class Sessions(QObject):
         self, path: Path, session: Session, mask: Mask | None, volume: Volume, said: str
     ) -> None:
         """Write a session and, next to it, its mask, which may take a while; then say something."""
-        # Not the name proposed for a mask that is saved alone.
+        # This differs from the name proposed for a mask that is saved alone.
         name = "" if mask is None else f"{path.name}.mask.nrrd"
         memory = replace(session.content.memory, mask=name)
         replace(session, content=replace(session.content, memory=memory)).save(path)

@@ -147,7 +147,7 @@ class SettingsDialog(QDialog):
 def apply_single_keys(window: QObject, are_on: bool) -> None:
     """Enable or disable a window's shortcuts that are single letters."""
     for action in window.findChildren(QAction):
-        # Those from its creation.
+        # The keys that the action was created with.
         keys = action.property("keys") or [key.toString() for key in action.shortcuts()]
         if any(len(key) == 1 for key in keys):
             action.setProperty("keys", keys)

@@ -65,7 +65,7 @@ class SmallPictures(QObject):
         if channel.is_pending or result.value is None:
             # Outdated, or the reference may still draw them.
             return
-        # They need not be drawn twice.
+        # The reference need not draw them as well.
         self._reference.cancel()
         state = self._context.state
         # The analyst draws in the light of the edited image.

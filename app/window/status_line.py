@@ -59,7 +59,7 @@ class StatusLine(QStatusBar):
         for changed in (state.viewChangeFinished, state.navigationChanged):
             changed.connect(self._show_view)
         regions.changed.connect(self._name_keys)
-        # It may be about an undone edit.
+        # The sentence may be about the edit that was undone.
         state.edits.undone.connect(self._forget)
         self._show_view()
         self._name_keys()

@@ -98,7 +98,7 @@ class SampleStore:
         except DatasetError:
             raise
         except Exception as error:
-            # Of many kinds: Zarr does not check its input.
+            # Zarr does not check its input, so errors are of many kinds.
             raise DatasetError(
                 f"{path}: the folder is not a tfscope data set ({first_line(error)})."
             ) from error
@@ -212,7 +212,7 @@ class SampleStore:
         except DatasetError:
             raise
         except Exception as error:
-            # Of many kinds: checksums and decoders.
+            # Checksums and decoders raise errors of many kinds.
             raise self._damaged(split, indices, first_line(error)) from error
 
     def write_block(self, split: Split, block: range, batch: SampleBatch) -> None:
@@ -268,7 +268,7 @@ class SampleStore:
         try:
             array = self._root.get(f"{split}/{name}")
         except Exception:
-            # Of many kinds, for an array's damaged metadata.
+            # Damaged metadata raises errors of many kinds.
             array = None
         if not isinstance(array, zarr.Array):
             raise DatasetError(
@@ -301,7 +301,7 @@ class SampleStore:
         try:
             return np.asarray(array[:count], dtype=np.uint8)
         except Exception:
-            # Of many kinds: find out which.
+            # Damaged chunks raise errors of many kinds: read the flags one by one.
             flags = np.zeros(count, dtype=np.uint8)
             for index in range(count):
                 with suppress(Exception):

@@ -84,7 +84,7 @@ class Distribution:
         if not self.is_whole or max(abs(lo), abs(hi)) >= _EXACT:
             return None
         values, _ = self.frequencies
-        # With the smallest voxel, which may be missing in a sample.
+        # Relative to the smallest voxel, which a sample may lack.
         step = int(np.gcd.reduce(values.astype(np.int64) - int(lo)))
         return step if step > 0 and (hi - lo) / step >= _FEWEST_STEPS else 1
 

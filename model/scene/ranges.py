@@ -204,7 +204,7 @@ def _is_about(transfer_function: TransferFunction, scalar_range: Range) -> bool:
         return False
     opacity = transfer_function.opacity
     modes = [m for m in opacity.modes if lo < m.mean < hi and m.width < hi - lo]
-    # One may be there by chance.
+    # A single point may be there by chance.
     return bool(modes) or sum(lo < value < hi for value, _opacity in opacity.points) > 1
 
 

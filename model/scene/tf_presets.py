@@ -132,7 +132,7 @@ def presets(
     """
     marks = _landmarks(counts, edges)
     is_hu = scale == "linear" and looks_like_hu((float(edges[0]), float(edges[-1])), units)
-    # In a CT of other values, these are usually HU on another scale.
+    # CT values that are not HU are usually a linear function of HU.
     slope = (marks.tissue - marks.peak) / (TISSUE_HU - AIR_HU)
     bone = min(marks.peak + slope * (BONE_HU - AIR_HU), max(marks.highest, marks.tissue + slope))
 

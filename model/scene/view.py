@@ -350,7 +350,7 @@ class Projection:
         return float((point[axis] - start[axis]) / (end[axis] - start[axis]))
 
     def _in_camera(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """To the right, up and in front of the eye, in diagonals."""
+        """Return places to the right, up and in front of the eye, in diagonals."""
         offsets = (points - 0.5) * self.proportions @ self.view.basis().T
         offsets[:, 2] = self.view.eye_distance(_RADIUS) - offsets[:, 2]
         return offsets

@@ -47,7 +47,7 @@ class CodecLoss:
                 # The difference of two similar TFs needs float32 precision.
                 twice = codec.decode(codec.encode(torch.cat([tfs, edited])))
             decoded, after = twice.chunk(2)
-            # In units of an edit's squared height.
+            # Relative to the squared height of edits.
             change = (after - decoded) - (edited - tfs)
             missed = (change / (2 * EDIT_HEIGHT)).square().mean()
         else:

@@ -262,6 +262,6 @@ class BatchNormRecalibration:
     def of(self, generator: GeneratorNetwork) -> GeneratorNetwork:
         """Return a recalibrated copy of a generator, in evaluation mode."""
         own = copy.deepcopy(generator)
-        # It uses the first item of each batch.
+        # `update_bn` takes the first item of each batch.
         update_bn([[batch.inputs] for batch in self._batches], own)
         return own.eval()

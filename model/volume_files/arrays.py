@@ -210,7 +210,7 @@ def _by_coordinates(path: Path, grid: Grid, axes: list[Axis]) -> Grid:
     starts = [0.0 if axis.numbers is None else float(axis.numbers[0]) for axis in axes]
     vertical = axes[2]
     if vertical.is_down and steps[2]:
-        # Its heights are its numbers with the other sign.
+        # Depths become heights by a change of sign.
         steps[2], starts[2] = -steps[2], -starts[2]
         if steps[2] < 0:
             count = values.shape[0]
@@ -261,7 +261,7 @@ def _roles(array: StoredArray) -> _Roles | None:
     times = [k for k in long if axes[k].letter == "t"]
     channels = [k for k in long if axes[k].letter == "c"]
     if len(long) - len(times) - len(channels) < 3:
-        # As the axes a, b and c of a crystal.
+        # The axis c is not a channel, as for the axes a, b and c of a crystal.
         channels = []
     rest = [k for k in long if k not in times and k not in channels]
     if components is None and len(rest) > 3 and rest[-1] == long[-1]:

@@ -32,13 +32,13 @@ MINISWHITE, PALETTE = 0, 3
 GDAL_NODATA = 42113
 
 _HARMLESS = re.compile(r"metadata> raised|subfiletype|GDAL_NODATA|OME series failed to read \d")
-"""Warnings of tifffile's though the pixels are right."""
+"""Warnings of tifffile that do not concern the pixels."""
 
 _HARMLESS_OF_PAGES = re.compile(_HARMLESS.pattern + r"|ImageJ series metadata invalid")
-"""The same for a file of several pages."""
+"""Such warnings for a file of several pages."""
 
 _BROKEN_CHAIN = re.compile(r"invalid (page offset|offset to page)")
-"""Messages of tifffile's for a file that ends before its last page."""
+"""Messages of tifffile for a file that ends before its last page."""
 
 _NAMES = {"ome": "OME-TIFF", "imagej": "TIFF by ImageJ", "stk": "MetaSeries STK", "lsm": "LSM"}
 
