@@ -51,7 +51,7 @@ LEAST_DIGITS = 4  # of a coordinate
 CT_WINDOWS: dict[str, Range] = {
     "&Lung": (-1350, 150), "&Bone": (-500, 1300), "&Soft tissue": (-160, 240), "B&rain": (0, 80),
 }  # fmt: skip
-"""Radiologists' windows of gray, in Hounsfield units."""
+"""Radiologists' grey windows, in Hounsfield units."""
 
 
 class SliceState(QObject):

@@ -421,9 +421,9 @@ class Comparison:
         return math.sqrt(self._mean((self.apart**2).mean(axis=-1)))
 
     def _mean(self, values: NDArray[np.float64]) -> float:
-        """Mean of values (H, W); of B and A where either shows something.
+        """Mean of values (H, W); for B and A only over pixels where either shows something.
 
-        Otherwise it would be less, the wider the pane: there is more background in it.
+        A mean over all pixels would depend on the background, and so on the pane's width.
         """
         if self.is_of_b:
             values = values[np.maximum(*self._pair).max(axis=-1) > HALF_STEP]

@@ -110,7 +110,9 @@ def pieces_at(volume: Volume, inputs: SceneInputs, place: NDArray[np.float64]) -
     least = 1 if volume.file.is_labels else LEAST_COUNT
     large = tuple(piece for piece in found if piece.count >= least)
     if not large:
-        raise TfscopeError("What is connected here is too small, and may be noise; click another.")
+        raise TfscopeError(
+            "What is connected here is too small, perhaps noise; click another place."
+        )
     return large
 
 
