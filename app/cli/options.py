@@ -122,8 +122,8 @@ store = shared(
 )
 workers = shared("Processes that render; in training, threads. (default: one per core)", min=1)
 seed = shared(
-    "The same seed gives the same samples, and on one CPU the same training; GPUs add up in "
-    "another order each time.",
+    "The same seed gives the same samples, and on one CPU the same training; sums on "
+    "GPUs are rounded differently each time.",
     default=0,
     min=0,
 )

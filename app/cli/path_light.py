@@ -25,7 +25,7 @@ commands = typer.Typer(
 class DrawPairs:
     """Draw pictures of few samples, and of many, for random views, TFs and lights."""
 
-    out: Path = option("Files that exist are kept.", default=options.REQUIRED, metavar="FOLDER")
+    out: Path = option("Folder; its files are kept.", default=options.REQUIRED, metavar="FOLDER")
     volume: list[Path] | None = option(
         "Volume file; may be repeated. (default: the shipped ones)",
         check=lambda path: VolumeSource(path=path).check(),
