@@ -63,9 +63,8 @@ def without_half(volume, how):
     if how == "mask":
         return volume, inputs(half())
     missing = BLOCK | ~half().shown
-    return replace(
-        volume, voxels=filling.fill(volume.voxels.copy(), missing), missing=missing
-    ), inputs()
+    voxels = filling.fill(volume.voxels.copy(), missing)
+    return replace(volume, voxels=voxels, missing=missing), inputs()
 
 
 both = pytest.mark.parametrize("how", ["mask", "missing"])

@@ -54,9 +54,12 @@ def test_a_folder_in_any_order(tmp_path, dtype):
 
 @pytest.mark.parametrize(
     ("dtype", "slope", "intercept", "read"),
-    [("uint16", 1, -1024, "int16"), ("uint16", 16, -1000, "int32"),
-     ("int16", 1, -1024, "int16"), ("int16", 0.25, 3.5, "float32")],
-)  # fmt: skip
+    [
+        ("uint16", 1, -1024, "int16"),
+        ("uint16", 16, -1000, "int32"),
+        ("int16", 0.25, 3.5, "float32"),
+    ],
+)
 def test_rescaling_is_simpleitks(tmp_path, dtype, slope, intercept, read):
     stored = (voxels(dtype) // 8).astype(dtype)
     tags = {"RescaleSlope": slope, "RescaleIntercept": intercept}
