@@ -33,7 +33,7 @@ def test_all_tables_are_printed(small, capsys):
 def test_a_drag_is_measured(small, capsys, windows, monkeypatch):
     monkeypatch.setattr(motion, "QUIET_S", 0.1)
     for what in ("view", "handle"):
-        motion.main([*small[:2], "--lighting", "none", "--seconds", "0.5", "--drag", what])
+        motion.main([*small[:2], "--lighting", "none", "--seconds", "0.2", "--drag", what])
         assert f"{what} dragged" in capsys.readouterr().out
 
 

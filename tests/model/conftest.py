@@ -9,8 +9,8 @@ from lively import SIZE, lively_network
 from model.generator.generator import Generator
 from model.networks.card import ModelCard
 from model.networks.checkpoint import save_model
-from model.samples.sample_rendering import render_store
-from model.samples.sample_store import SampleStore
+from model.samples.sample_rendering import make_renderer, render_samples
+from model.samples.sample_store import SPLITS, SampleStore
 from model.scene.scene import Scene
 
 
@@ -29,7 +29,12 @@ def store(volume, scene, tmp_path_factory):
     """A complete store of 160 training and 32 hold-out samples."""
     path = tmp_path_factory.mktemp("stores") / "blobs.zarr"
     store = SampleStore.create(path, scene, 7, {"train": 160, "holdout": 32})
-    render_store(store, volume, workers=1)
+    # Here: a process of its own would import all libraries once more.
+    renderer = make_renderer(volume, scene)
+    for split in SPLITS:
+        for block in store.missing_blocks(split):
+            store.write_block(split, block, render_samples(renderer, scene, 7, split, block))
+    renderer.close()
     return store
 
 

@@ -175,11 +175,10 @@ def test_what_is_taken_back_is_not_shown_any_more(qtbot, window, gate, builders)
     assert {each.request.inputs.opacity_tf for each in shown[count:]} == {before.opacity_tf}
 
 
-@pytest.mark.parametrize("walk", WALKS)
-def test_the_last_of_the_ray_casters_pictures_is_the_best(qtbot, real_window, walk):
+def test_the_last_of_the_ray_casters_pictures_is_the_best(qtbot, real_window):
     window = real_window
     shown = watched(window)
-    drag = WALKS[walk](window)
+    drag = handle(window)
     drag.press()
     for count in range(MOVES):
         drag.step()

@@ -201,9 +201,8 @@ def inputs_over(scalar_range, view=VIEW, opacity=0.3):
     )
 
 
-@pytest.mark.parametrize("dtype", ["uint8", "float32"])
 @pytest.mark.parametrize("chosen", RANGES)
-@pytest.mark.parametrize("make", [rising, noise])
+@pytest.mark.parametrize(("make", "dtype"), [(rising, "float32"), (noise, "uint8")])
 def test_what_lies_between_voxels_is_what_it_is_over_any_range(dtype, chosen, make):
     volume = make(dtype).over(chosen)
     inputs = inputs_over(chosen)
