@@ -70,6 +70,13 @@ class CellGrid(KeyedWidget):
                 self.images[cell] = to_qimage(image, brightness)
         self.update()
 
+    @property
+    def text(self) -> str:
+        """What is written in the middle: why there are no pictures, or that they follow."""
+        if self.progress is not None:
+            return "drawing …"
+        return self.message if self._picture is None else ""
+
     def cell_rect(self, cell: int) -> QRectF:
         """Rectangle of a cell in pixels."""
         side = min(self.width(), self.height())
@@ -101,10 +108,13 @@ class CellGrid(KeyedWidget):
                 painter.setBrush(Qt.BrushStyle.NoBrush)
                 painter.setPen(QPen(QColor(theme.ON_IMAGE.change), 2))
                 painter.drawRect(rect)
-        if picture is None:
-            painter.setPen(QColor(theme.ON_IMAGE.dim))
+        if text := self.text:
             flags = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap
-            painter.drawText(self.rect().adjusted(20, 20, -20, -20), flags, self.message)
+            room = self.rect().adjusted(20, 20, -20, -20)
+            plate = painter.boundingRect(room, flags, text).adjusted(-8, -4, 8, 4)
+            painter.fillRect(plate, QColor(theme.ON_IMAGE.panel))
+            painter.setPen(QColor(theme.ON_IMAGE.dim))
+            painter.drawText(room, flags, text)
         if self.progress is not None:
             whole = self.cell_rect(0).united(self.cell_rect(CELLS**2 - 1)).toRect()
             paint_progress(painter, whole, max(self.progress, LEAST_PROGRESS))

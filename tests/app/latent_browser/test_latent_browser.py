@@ -117,7 +117,12 @@ def test_the_grid_shows_the_mean_of_each_cell(window, builders, places):
     request = [r for r in builders.analysts[-1].others if r.channel == "grid"][-1]
     asked = [request.inputs, *request.more]
     assert [one.opacity_tf for one in asked] == [tf for tf in grid.tfs if tf is not None]
-    assert len(window.browser.grid.images) == len(asked)
+    drawn = window.browser.grid
+    assert len(drawn.images) == len(asked) and not drawn.text
+    # The middle says if the next ones take long.
+    before = drawn.grab().toImage()
+    window.workspace.latent.slow_grid.changed.emit(0.5)
+    assert drawn.text == "drawing …" and drawn.grab().toImage() != before
 
 
 def test_the_browser_opens_on_the_tfs_that_differ_most(qtbot, make_window, builders, places):
