@@ -388,7 +388,7 @@ class SlicesColumn(QWidget):
         menu = self.button.add_menu()
         self.choices = add_choices(menu, COLORS, lambda colors: state.paint(colors=colors))
         menu.addSeparator()
-        add_action(menu, "Window of &all values", self._reset_gray)
+        add_action(menu, "Window of &all values", self._choose_gray)
         self._ct = [
             add_action(menu, f"{name}\t{_window_text(window)}", partial(self._choose_gray, window))
             for name, window in CT_WINDOWS.items()
@@ -440,13 +440,11 @@ class SlicesColumn(QWidget):
             action.setVisible(is_ct)
         self._say(self._under)
 
-    def _reset_gray(self) -> None:
-        if self._state.volume is not None:
-            self._state.paint(window=self._state.volume.scalar_range)
-
-    def _choose_gray(self, window: Range) -> None:
-        colors = "overlay" if self._state.colors == "overlay" else "gray"
-        self._state.paint(window=window, colors=colors)
+    def _choose_gray(self, window: Range | None = None) -> None:
+        state = self._state
+        if state.volume is not None:
+            colors = "overlay" if state.colors == "overlay" else "gray"
+            state.paint(window=window or state.volume.scalar_range, colors=colors)
 
     def _say_window(self) -> None:
         if self._state.colors != "colors":

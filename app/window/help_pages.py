@@ -90,7 +90,7 @@ F9 | fold or unfold the TF editor
 F10, or Alt in a narrow window | the menus
 Escape | end the last action; dismiss the newest notice
 Ctrl+Z; Ctrl+Y | undo, redo an edit; for the view, Home
-Ctrl+Shift+S | save or copy a figure
+Ctrl+Shift+S; Ctrl+Shift+C | save a figure; copy the image
 B | browse TFs
 """
 """Gesture | its effect; then both in short, for the status line."""
