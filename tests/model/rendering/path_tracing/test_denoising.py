@@ -31,7 +31,7 @@ def jet():
 def truth(jet):
     volume, inputs = jet
     tracer = PathTracer(volume, seed=1)
-    *_, many = tracer.refine(inputs, 96, 256)
+    *_, many = tracer.refine(inputs, 96, 128)
     tracer.close()
     return many
 
