@@ -46,12 +46,12 @@ MOST_EXPOSED = 16.0
 DIFFERING = 16  # number of TFs that differ most
 
 COMPONENTS, CLUSTERS = 20, 40
-"""Numbers of the pictures that are compared, and groups of like pictures."""
+"""Principal components by which pictures are compared, and number of groups (k-means)."""
 
 SETTLED = 1.0
 """Change of the pictures' mean distance from their groups' centers that ends the search."""
 
-LEAST_GROUP = 0.006  # share of the pictures that a group needs: odd ones alone stand for nothing
+LEAST_GROUP = 0.006  # least share of the pictures in a group; smaller groups are left out
 
 DIFFERENT = 0.065
 """Root mean square difference of two tiny pictures whose larger ones look different."""
@@ -93,7 +93,7 @@ class Overview:
         return np.asarray(self.shares[:, inside].sum(axis=1) >= SHOWN_SHARE)
 
     def most_different(self, wanted: NDArray[np.bool_]) -> NDArray[np.int64]:
-        """Return which of the wanted TFs (n,) show the most different things, typical of a kind.
+        """Return the numbers of the wanted TFs (n,) that show the most different things.
 
         Empty ones are left out, and faint ones and solid blocks where others suffice. They are
         :data:`DIFFERING` or fewer, row by row of a square on which like pictures are near.
@@ -107,7 +107,7 @@ class Overview:
         typical = _medoids(places)
         least = (255 * DIFFERENT) ** 2 * self.pictures[0].size
         chosen = _far_apart(places, typical[:1], typical, least)
-        # Where typical ones are too much alike, rare ones take their place.
+        # If too few typical ones differ, rare ones are added.
         chosen = _far_apart(places, chosen, np.arange(len(places)), 0)
         return found[chosen[_on_a_square(places[chosen])]]
 

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from model.scene.scene import Lighting
 
 LIT_BRIGHTNESS = 2.0
-"""Usual brightness of lit images, which light from one side leaves dim: of ten of them, five
-volumes under direct and soft light, 95 % of the pixels are below .45 to .70 of the full one."""
+"""Usual brightness of lit images, which are dim: in ten of them (five volumes in direct and soft
+light), 95 % of the pixels are darker than .45 to .70 of full brightness."""
 
 
 def usual_brightness(lighting: Lighting) -> float:
@@ -20,9 +20,9 @@ def usual_brightness(lighting: Lighting) -> float:
 def brighten(colors: NDArray[np.float32], brightness: float) -> None:
     """Make colours (..., 3) in [0, 1] brighter or darker in place, dark ones by more.
 
-    Black stays black, full stays full and hues stay as they are: by a brightness b, a colour whose
-    largest component is m is multiplied by b / (1 + (b - 1) m). So a bright surface keeps its
-    shape, where a mere factor would burn it out.
+    For a brightness b, a colour whose largest component is m is multiplied by b / (1 + (b - 1) m).
+    Black, full brightness and hues do not change. Bright surfaces keep their shading; a constant
+    factor would saturate them.
     """
     if brightness == 1:
         return
@@ -31,6 +31,6 @@ def brighten(colors: NDArray[np.float32], brightness: float) -> None:
     largest *= np.float32(brightness - 1)
     largest += 1
     np.divide(np.float32(brightness), largest, out=largest)
-    # Each by itself: a row of three numbers is too short for NumPy's loops.
+    # Channel by channel: NumPy is slow along an axis of three numbers.
     for channel in (red, green, blue):
         channel *= largest

@@ -1,4 +1,4 @@
-"""Scalars as renderers take them, and the noise below which they are no surface."""
+"""Scalars in the types that renderers take, and an estimate of their noise."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ At this ratio rounding errors are 1/256 of a TF bin.
 """
 
 NARROWEST, WIDEST = 1e-4, 1e6
-"""Limits of the range of floats for which float32 can hold what renderers compute of them.
+"""Limits of the scalar range of floats within which float32 suffices for rendering.
 
-Light takes the fourth power of differences: of 1e-5 of the range, where noise is weak, up to
-:data:`BEYOND` ranges, next to outliers.
+Shading takes fourth powers of differences, from 1e-5 of the range (weak noise) to :data:`BEYOND`
+times the range (next to outliers).
 """
 
 LEAST_RANGE, GREATEST_RANGE = 1e-30, 1e30  # so that float32 holds a range and its reciprocal
@@ -30,14 +30,13 @@ LEAST_RANGE, GREATEST_RANGE = 1e-30, 1e30  # so that float32 holds a range and i
 BEYOND = 256.0
 """How far floats may lie beyond the scalar range, in widths of it; farther ones are clamped.
 
-Renderers interpolate first and clamp then, as values between two voxels on both sides of the
-range lie elsewhere otherwise. But next to an outlier of 1e30, float32 would lose all digits of
-what is interpolated; this far out, it rounds to 1/256 of a TF bin.
+Renderers clamp after interpolation: clamping before it would move interpolated values. But next to
+an outlier of 1e30, float32 would lose all digits; at this distance it rounds to 1/256 of a TF bin.
 """
 
 
 MASKED, MISSING = np.uint8(1), np.uint8(2)
-"""Marks of hidden voxels: by a mask, or as nothing was measured there; maybe both."""
+"""Marks of hidden voxels, which add up: hidden by a mask; missing."""
 
 NOTHING_HIDDEN = np.empty(0, dtype=np.uint8)
 
@@ -85,7 +84,7 @@ def marks_of(volume: Volume, mask: Mask | None) -> NDArray[np.uint8]:
     masked = masked_voxels(volume, mask)
     if missing is None:
         return np.ravel(masked) * MASKED
-    # What is missing has no mask's edge: it is masked next to what is, and shown elsewhere.
+    # Missing voxels count as masked next to masked ones only, so that they add no mask's edge.
     return np.ravel(grown(masked & ~missing, ~missing) * MASKED | missing * MISSING)
 
 
@@ -118,7 +117,7 @@ _WEIGHTS = np.array([1.0, -4.0, 6.0, -4.0, 1.0])
 def noise_of(scalars: NDArray[Any]) -> float:
     """Estimate the standard deviation of the voxels' noise, in their own units.
 
-    It is read off fourth differences, in which smooth structures cancel. The lower quartile of
+    It is derived from fourth differences, in which smooth structures cancel. The lower quartile of
     their size ignores surfaces, in each range of values apart: air, which fills most scans, may
     have less noise than material. The noisiest material counts.
     """

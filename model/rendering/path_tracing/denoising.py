@@ -1,7 +1,7 @@
-"""Denoising of path-traced pictures by Intel's Open Image Denoise, and their error then.
+"""Denoising of path-traced pictures by Intel's Open Image Denoise, and the error that remains.
 
-The package is not there for every machine, as processors by ARM: without it :func:`available` says
-no, and pictures stay as they were drawn.
+There is no package for some machines, such as those with ARM processors. Without it,
+:func:`available` returns False and pictures are shown as traced.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from model.rendering.raster import Raster
 from model.scene.inputs import SceneInputs
 
 MOST_FILTERS = 4
-"""Filters that are kept, each for one size: it takes as long to make one as to denoise twice."""
+"""Number of cached filters, each for one size: building one takes as long as denoising twice."""
 
 
 class DenoisingError(TfscopeError):
@@ -32,13 +32,13 @@ class DenoisingError(TfscopeError):
 
 @lru_cache(maxsize=1)
 def installed() -> bool:
-    """Whether the package is there, for who must not wait: :func:`available` imports torch."""
+    """Whether the package is installed; quick, while :func:`available` imports torch."""
     return find_spec("pyoidn") is not None
 
 
 @lru_cache(maxsize=1)
 def _package() -> Any:
-    """Return the denoiser's package, or None where there is none or its library cannot be used."""
+    """Return the denoiser's package; None if it is missing or its library cannot be used."""
     try:
         import pyoidn
 
@@ -116,7 +116,7 @@ def _denoiser() -> _Denoiser:
 
 
 class Cleaner(Protocol):
-    """Takes the noise out of the estimates of one picture."""
+    """Removes the noise from the estimates of one picture."""
 
     doubling: float  # factor of a clean picture's error for twice the samples, on average
 
@@ -126,11 +126,11 @@ class Cleaner(Protocol):
         """Return radiance without noise: the estimate's, or that of some of its samples."""
 
     def method(self, samples: int) -> str:
-        """Name how noise is removed from a picture of so many samples."""
+        """Return how noise is removed from a picture of this many samples, in words."""
 
 
 Cleaning = Callable[[SceneInputs, Raster], Cleaner]
-"""Returns what cleans the estimates of a picture."""
+"""Returns the cleaner of a picture's estimates."""
 
 
 class Denoiser:
@@ -157,18 +157,18 @@ def denoiser(inputs: SceneInputs, raster: Raster) -> Cleaner:
 def squared_error_of(
     clean: NDArray[np.float32], before: Estimate, estimate: Estimate
 ) -> tuple[float, float] | None:
-    """Estimate the squared error of a clean picture by the samples that were drawn since then.
+    """Estimate the squared error of a cleaned picture from the samples drawn after it.
 
-    These are in two halves whose noise is independent of the picture and of each other: the product
-    of its differences to both is the square of its error on average. Returns the mean square over
-    all pixels and colours, which may be negative, and its standard error; None where there is but
-    one more sample.
+    These form two halves, whose noise is independent of the picture's and of each other's. The
+    expected product of the picture's differences from both is its squared error. Returns its mean
+    over pixels and colours, which may be negative, and the standard error; None without at least
+    one new sample in each half.
     """
     more = (estimate.counts - before.counts)[:, None, None, None]
     if not more.all():
         return None
     sums = estimate.halves * estimate.counts[:, None, None, None]
     first, second = (sums - before.halves * before.counts[:, None, None, None]) / more
-    # Of each pixel, which are independent.
+    # Per pixel, as pixels are independent.
     pixels = ((clean - first) * (clean - second)).mean(axis=2, dtype=np.float64)
     return float(pixels.mean()), float(pixels.std()) / math.sqrt(pixels.size)

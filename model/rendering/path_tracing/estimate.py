@@ -1,4 +1,4 @@
-"""A path-traced picture as far as it is drawn, and how wrong it may be."""
+"""A path-traced picture after some samples per pixel, and its estimated error."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ LEAST = np.float32(1e-3)
 """Opacity of a pixel below which nothing is traced: less than a quarter of an 8-bit step."""
 
 MARGIN, UNIT = 32, 64
-"""Pixels around what was traced that a cleaner sees, and of which places and sizes are multiples:
-it prepares itself for each size, and works on blocks of pixels."""
+"""Margin in pixels around the traced part that a cleaner gets; and the number of which its position
+and size are multiples, so that few sizes occur: each needs a filter of its own."""
 
 
 @dataclass(frozen=True, eq=False)
 class Estimate:
-    """A picture as far as it is drawn."""
+    """A picture after some samples per pixel."""
 
     rgba: NDArray[np.float32]  # as renderers return it, shape (rows, columns, 4)
     samples: int  # of each pixel
@@ -39,7 +39,7 @@ class Estimate:
         return np.array([(self.samples + 1) // 2, self.samples // 2])
 
     def traced_part(self, raster: Raster) -> Raster:
-        """Return the part of a picture, given its raster, beyond which nothing was traced."""
+        """Return the part of a picture, given its raster, that contains all traced pixels."""
         traced = self.rgba[..., 3] >= LEAST
         ends = []
         for axis, length in enumerate(raster.shape):

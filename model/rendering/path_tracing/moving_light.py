@@ -1,12 +1,11 @@
-"""Light of few pixels on the colours of many: path-traced pictures while something moves.
+"""Path-traced pictures while something moves: light of few pixels, colours of all pixels.
 
-What a scene shows without light is computed for every pixel in a few milliseconds, and has no
-noise. Light changes slowly from pixel to pixel, and is what takes the time: it is traced, cleaned
-and finished for every fourth pixel, and what it makes of the unlit colours there is interpolated.
+Unlit colours are computed for every pixel in a few milliseconds and have no noise. Light is
+expensive but changes slowly from pixel to pixel. It is traced and cleaned for one pixel in four;
+there, factors from unlit to lit colours are computed, and interpolated between pixels.
 
-A few paths of each pixel leave noise, which flickers as the view turns. The light of the pictures
-before, taken from where each place was seen then, makes it steadier and nearer to what many paths
-would bring.
+Few paths per pixel leave noise, which flickers as the view turns. Averaging with the light of
+previous pictures, looked up where each place was then, reduces noise and flicker.
 """
 
 from __future__ import annotations
@@ -24,11 +23,11 @@ from model.scene.volume import Volume
 SIDE = 2  # pixels along either side that share light
 
 APART = 2.0
-"""Factor of the distance between samples along the view rays that light is traced for. The unlit
-colours keep theirs: rings of far samples would flicker."""
+"""Factor of the sample distance along view rays for which light is traced. Unlit colours keep the
+usual distance: the rings of a larger one would flicker."""
 
 FAINT = np.float32(0.02)
-"""Colour up to which light says less and less: where nothing is, there is none."""
+"""Added to colours before division, so that factors of nearly black colours are near 1."""
 
 MOST_LIGHT = np.float32(4.0)  # largest factor of an unlit colour
 
@@ -39,20 +38,20 @@ def coarse(raster: Raster) -> Raster:
 
 
 def light_of(lit: NDArray[np.float32], unlit: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Return the factors that light has colours times."""
+    """Return the factors (rows, columns, 3) from unlit to lit colours."""
     return np.clip((lit + FAINT) / (unlit + FAINT), 0, MOST_LIGHT)
 
 
 def relit(
     unlit: NDArray[np.float32], light: NDArray[np.float32], unlit_there: NDArray[np.float32]
 ) -> NDArray[np.float32]:
-    """Return a picture's unlit colours (rows, columns, 4) under the light of one of fewer pixels.
+    """Return unlit colours (rows, columns, 4) multiplied by the light of a coarser picture.
 
-    Light and unlit colours there (fewer rows, fewer columns, 3) make factors; the opacity stays.
+    `light` and `unlit_there` (fewer rows, fewer columns, 3) are that picture's; opacity stays.
     """
     shape = unlit.shape[:2]
     weights = unlit_there + FAINT
-    # Weighted by the colours: a silhouette has the light of what is inside.
+    # Weighted by the colours, so that a silhouette gets the light from its inner side.
     factors = resized(light * weights, shape)
     factors /= resized(weights, shape)
     picture = unlit.copy()
@@ -61,10 +60,10 @@ def relit(
     return np.clip(picture, 0, 1, out=picture)
 
 
-MOST = 4  # pictures that light is the mean of at most: a new one counts one part in so many
+MOST = 4  # most pictures that are averaged: a new one has at least a quarter of the weight
 
 SAME_PLACE = 0.03
-"""Difference of two distances, in radii of the volume, up to which the same place is seen."""
+"""Largest difference of two depths, in radii of the volume, that counts as the same place."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,8 +80,8 @@ class _Past:
 class LightHistory:
     """Averages the light of successive pictures of one volume.
 
-    It begins anew when anything but the view changes: while a TF is edited, the paths' random
-    numbers stay, and what changes is the edit. Two scenes that take turns have one each.
+    It starts again when anything but the view changes: while a TF is edited, the random numbers
+    stay the same, so that all changes are due to the edit. Two alternating scenes have one each.
     """
 
     def __init__(self, volume: Volume) -> None:
@@ -96,7 +95,7 @@ class LightHistory:
         light: NDArray[np.float32],
         depth: NDArray[np.float32],
     ) -> NDArray[np.float32]:
-        """Take a picture's light, and return its mean with that of the pictures before."""
+        """Return the mean of a picture's light and of the previous ones', and store it."""
         counts = np.zeros(raster.shape, dtype=np.float32)
         past = next((each for each in self._pasts if _is_alike(each.inputs, inputs)), None)
         if past is not None and past.raster == raster:
@@ -111,7 +110,7 @@ class LightHistory:
     def _found_again(
         self, past: _Past, view: View, raster: Raster, depth: NDArray[np.float32]
     ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        """Return the past light of what each pixel shows, and of how many pictures it is."""
+        """Return each pixel's past light, and how many pictures it averages."""
         proportions, radius = self._volume.proportions, self._volume.radius
         present = Projection(view, proportions)
         before = Projection(past.inputs.view, proportions)

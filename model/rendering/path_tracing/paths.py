@@ -1,11 +1,11 @@
-"""Paths: light that reaches a pixel, one sample of it at a time.
+"""Paths of light to a pixel, one per sample.
 
-The first collision is drawn from the ray caster's own samples along the view ray, of which every
-sample of a pixel has one: a pixel's opacity is exact, and no sample is spent on what is empty.
-From there paths go on by delta tracking, with the light's share added at each collision.
+The first collision is drawn from the ray caster's samples along the view ray, so a pixel's opacity
+is exact and every path has a collision. Paths go on by delta tracking; at each collision, light
+that comes directly from the lamp or sky is added.
 
-The first collision colours the light; all others are grey. So what is thin or broken has the hue
-of its TF as a thick piece has, and no neighbour's colour tints it: a legend stays true.
+Light takes on a colour at the first collision only; further ones are grey. Thin and broken pieces
+thus have the hue of their TF, no neighbour tints them, and the legend is right.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from model.rendering.raycast.compositing import GROUP
 from model.rendering.raycast.rays import ONE, ZERO, dot, make_ray, next_visible, place_on
 from model.rendering.raycast.trilinear import clamp
 
-CERTAIN = 2  # collisions after which paths end at random, the sooner the darker they are
+CERTAIN = 2  # collisions after which paths may end at random, the darker the likelier
 
 
 @compiled
@@ -97,13 +97,13 @@ def _collide(medium, ray, targets, order, levels, staging, hits, places):
         if k >= ray.count:
             break
         if len(levels) > BATCH:
-            # What was skipped must not decide at which samples the volume is read.
+            # The samples at which the volume is read must not depend on what was skipped.
             k -= k % GROUP
         fetch(medium, ray, k, levels, staging)
         for m in range(min(len(levels), ray.count - k)):
             level = levels[m]
             clear = ONE - medium.alphas[np.uint64(np.uint32(level))]
-            # Nothing, or too faint for this arithmetic: its logarithm would be 0.
+            # Transparent, or so faint that float32 gives a logarithm of 0.
             if clear >= ONE:
                 continue
             length = ray.rest if k + m == ray.count - 1 else ONE
@@ -119,7 +119,7 @@ def _collide(medium, ray, targets, order, levels, staging, hits, places):
             through = left
             last_level, last_t = level, begin + length
         k += len(levels)
-    # Rounding: what all samples let through is a little more than the target.
+    # By rounding, the transmittance of all samples may be slightly above the target.
     for n in range(found, len(targets)):
         hits[order[n]], places[order[n]] = last_level, last_t
 
@@ -127,7 +127,7 @@ def _collide(medium, ray, targets, order, levels, staging, hits, places):
 @inlined
 def _radiance(scatterer, optics, pixel, index, level, place, direction):
     """Return the light that one path brings from its first collision: red, green and blue."""
-    # What the first collision colours, what it mirrors as it is, and what comes by the path's rest.
+    # Light coloured by the first collision, mirrored there without colour, and from the later path.
     colored, white, rest = ZERO, ZERO, ZERO
     cr, cg, cb = ZERO, ZERO, ZERO
     mirrors = False

@@ -1,8 +1,8 @@
 """Random numbers of paths: functions of pixel, sample and seed alone.
 
-So a picture is the same on any number of threads, and stays the same where a TF's edit changes
-nothing. What decides most, the first collision and what happens there, takes additive recurrences,
-of which each pixel has its own shift: samples of a pixel are spread evenly. All else is hashed.
+So a picture does not depend on the number of threads, and an edit of the TF changes only what it
+affects. The numbers with the largest effect, those of the first collision, are additive recurrences
+with a shift per pixel, which spread a pixel's samples evenly. All others are hashes.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ RECURRENCES = _recurrences()
 
 @inlined
 def hashed(number):
-    """Mix the bits of a uint32, so that neighbours have nothing in common."""
+    """Mix the bits of a uint32, so that close numbers have unrelated hashes."""
     n = np.uint32(number)
     n = np.uint32(n ^ (n >> np.uint32(16)))
     n = np.uint32(n * np.uint32(0x7FEB352D))

@@ -1,4 +1,4 @@
-"""Path-traced pictures as they are shown and saved: cleaned while that brings them nearer."""
+"""Path-traced pictures as shown and saved: cleaned as long as that reduces their error."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from model.rendering.path_tracing.renderer import SAMPLES, PathTracer
 from model.rendering.raster import Raster
 from model.scene.inputs import SceneInputs
 
-MOST_SAMPLES = 1 << 14  # of each pixel of a picture that goes on until it is good enough
-TINY = 1e-40  # variance of a picture that has none
+MOST_SAMPLES = 1 << 14  # of each pixel of a picture that is refined to a given error
+TINY = 1e-40  # replaces a variance of 0
 
 
 @dataclass(frozen=True, eq=False)
 class Refined:
-    """A picture as far as it is drawn."""
+    """A picture after some samples per pixel, cleaned or not."""
 
     rgba: NDArray[np.float32]  # as renderers return it, shape (rows, columns, 4)
     samples: int  # of each pixel
@@ -54,7 +54,7 @@ class _Picture:
         place = slice(top, top + self._part.rows), slice(left, left + self._part.columns)
         part = estimate.cut(*place)
         error = self._error(part, self._cleaner)
-        # Where it is not known, noise is the larger by far.
+        # Without an estimate, noise is assumed to dominate.
         if math.isfinite(error) and estimate.error < error:
             self._cleaning = None
             return self.shown(estimate)
@@ -62,7 +62,7 @@ class _Picture:
         self._before = part, clean
         picture = estimate.rgba.copy()
         picture[..., :3] = 0
-        # Filters are wider than a pixel: nothing may shine where nothing is.
+        # Filters are wider than a pixel: empty pixels must stay empty.
         picture[place][..., :3] = np.where(part.rgba[..., 3:] > 0, clean, 0).clip(0, 1)
         return Refined(picture, estimate.samples, error, self._cleaner.method(estimate.samples))
 
@@ -93,7 +93,7 @@ class _Picture:
 
 
 class RefiningRenderer:
-    """A path tracer as a renderer whose pictures are cleaned while that brings them nearer."""
+    """A path tracer as a renderer, with pictures cleaned as long as that reduces their error."""
 
     def __init__(
         self, tracer: PathTracer, cleaning: Cleaning | None, samples: int = SAMPLES
@@ -131,7 +131,7 @@ class RefiningRenderer:
     ) -> Refined | None:
         """Draw a whole picture of so many samples; None if it is no longer wanted meanwhile."""
         coming = self._tracer.refine(inputs, size, samples, wanted, sample_distance)
-        # The samples after the last but one tell the error: none but these two are cleaned.
+        # The samples after the last but one give the error, so only these two are cleaned.
         last = deque(coming, maxlen=2)
         if not last or last[-1].samples < samples:
             return None

@@ -40,14 +40,14 @@ from model.scene.volume import Volume
 SAMPLES = 64  # samples of each pixel where no number is asked for
 
 PIXELS_PER_TASK, PATHS_PER_TASK = 1024, 4096
-"""So that a pass ends soon after it is no longer wanted."""
+"""Sizes of tasks: small, so that a pass ends soon after it is no longer wanted."""
 
 MOST_TOGETHER = 8
-"""Samples of a pixel that are traced at once, as one walk along the view ray serves all of them."""
+"""Samples of a pixel that are traced together, as they share one pass along the view ray."""
 
 FINER = 16
-"""Factor by which samples along view rays are closer where voxels are large at rest: each step
-would be a ring on smooth surfaces."""
+"""Factor by which samples along view rays are denser at rest where voxels are large; otherwise each
+step would show as a ring on smooth surfaces."""
 
 NOISE = 3.0
 """Gradient, in standard deviations of the voxels' noise, that is a surface in half of all cases."""
@@ -107,7 +107,7 @@ class PathTracer:
         self._noise = noise_of(voxels.scalars)
         self._steepness = 1 / _typical_difference(voxels.scalars, voxels.width)
 
-        # Without the tracer itself: in a circle its voxels would outlive it.
+        # Without `self`: a reference cycle would keep the voxels alive.
         def extinction(mask: Mask | None, opacity_tf: OpacityTF) -> Extinction:
             opacity = opacity_table(opacity_tf, volume.scalar_range, sample_distance, mask)
             return Extinction.of(opacity, sample_distance, voxels.under(mask).cells)

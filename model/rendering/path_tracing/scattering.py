@@ -1,4 +1,4 @@
-"""Scattering: what happens to light where it collides.
+"""Scattering of light at a collision: by a surface or by a medium.
 
 A place is a surface with a probability that grows with opacity and gradient, and a medium
 otherwise. Surfaces reflect as Lambert's do, with a little gloss over that; media by the phase
@@ -21,7 +21,7 @@ from model.rendering.raycast.shading import depths_below, gradient, nearness
 TURN = np.float32(2 * math.pi)
 QUARTER, TWO = np.float32(0.25), np.float32(2)
 ROUND = np.float32(1e-4)  # asymmetry below which a phase function counts as isotropic
-DARKEST = 0.6  # colour below which all that is darker scatters alike after its first collision
+DARKEST = 0.6  # brightest component below which colours scatter alike after the first collision
 
 
 class Optics(NamedTuple):
@@ -36,7 +36,7 @@ class Optics(NamedTuple):
     power: Any  # float32: exponent of the gloss
     steepness: Any
     """Tuple of 3 float32: factors of differences between voxels along each axis: a gradient of 1
-    makes a surface with a probability of 63 %, where all is opaque."""
+    is a surface with a probability of 63 %, if opaque."""
     noise: Any  # float32: fourth power of the difference of voxels of which half counts as noise
     slope: Any  # tuple of 3 float32: factors from differences of voxels to the gradient's direction
     faces: Any  # float32: probability that an opaque face of what is shown is a surface
@@ -52,8 +52,8 @@ def single_scattering_albedo(
     """Albedo of a medium of which a thick, evenly lit piece has a colour, seen face-on.
 
     Such a piece has the radiance 1 - s H(1), H being Chandrasekhar's function and s^2 = 1 - albedo
-    for isotropic scattering. H(1) = 3 / (1 + 2 s) is within 4 % (Hapke 1981), and similarity
-    (van de Hulst 1980) brings in the asymmetry.
+    for isotropic scattering. H(1) = 3 / (1 + 2 s) is within 4 % (Hapke 1981), and the
+    similarity relation (van de Hulst 1980) accounts for the asymmetry.
     """
     color = np.asarray(color, dtype=np.float64)
     s = (1 - color) / (1 + 2 * color)
@@ -61,11 +61,11 @@ def single_scattering_albedo(
 
 
 def facet_albedo(color: NDArray[np.floating]) -> NDArray[np.float64]:
-    """Albedo of facets, of which many behind one another reflect a colour in all.
+    """Albedo of facets such that many layers of them reflect a given colour.
 
-    A surface is not sharp: light that comes out of it meets some facets more, which send it back.
-    Two streams of light, as a first guess, give a reflectance r of which this is 2 r / (1 + r^2);
-    r (2 - r) is nearer to what paths find, within 0.04 for light that comes from the viewer.
+    A surface is not sharp: light that leaves it meets further facets, which reflect some of it. For
+    a reflectance r, a two-stream model gives the albedo 2 r / (1 + r^2); r (2 - r) is closer to the
+    paths' result, within 0.04 for light from the viewer's direction.
     """
     color = np.asarray(color, dtype=np.float64)
     return np.asarray(color * (2 - color))
@@ -74,13 +74,13 @@ def facet_albedo(color: NDArray[np.floating]) -> NDArray[np.float64]:
 def shares(
     color: NDArray[np.floating], reflects: Callable[[NDArray[np.float64]], NDArray[np.float64]]
 ) -> NDArray[np.float32]:
-    """Shares (..., 4) of the light that go on at a collision, such that many of them give a colour.
+    """Shares (..., 4) of light scattered at a collision, such that many collisions give a colour.
 
-    Red, green and blue at the first collision, and of all colours at any other. A grey piece needs
-    the same share at each collision. Of a coloured one (..., 3 or more) the brightest colour has
-    that, and the others their part of it at the first collision alone: its hue is the TF's however
-    often light is scattered. Dark pieces have :data:`DARKEST`'s share at all but the first, as they
-    would be too bright where light is scattered but once.
+    These are red, green and blue at the first collision, and one share at all later ones, which is
+    that of the brightest component. The others are relative to it at the first collision only, so
+    that the hue is the TF's however often light is scattered. Later collisions of dark colours
+    (..., 3 or more) have the share of :data:`DARKEST`, as light that is scattered once would
+    otherwise be too bright.
     """
     color = np.asarray(color, dtype=np.float64)[..., :3]
     brightest = np.maximum(color.max(axis=-1, keepdims=True), DARKEST)

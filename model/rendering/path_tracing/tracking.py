@@ -1,9 +1,9 @@
-"""Tracking: where a ray in the volume's extinction collides, and how much light comes along.
+"""Tracking: where a ray through the volume collides, and its transmittance.
 
-Cells have a majorant, the greatest extinction in them. Collisions drawn with it are real with the
-share that the extinction has of it (delta tracking); a transmittance is the product of one minus
-this share (ratio tracking). Both are right on average whatever lies between. Positions are in
-voxels; lengths along a ray are in voxel sizes, the reference length of opacities.
+Each cell has a majorant, its greatest extinction, with which collisions are drawn. A collision is
+real with probability extinction / majorant (delta tracking). The transmittance is the product of 1
+minus this ratio (ratio tracking). Both are unbiased. Positions are in voxels; lengths along a ray
+are in voxel sizes, the reference length of opacities.
 """
 
 from __future__ import annotations
@@ -32,10 +32,10 @@ from model.rendering.raycast.trilinear import (
 )
 
 ADVANCE = np.float32(1e-3)
-"""Least step from cell to cell, in voxel sizes, so that rounding stops no ray."""
+"""Least step from cell to cell, in voxel sizes; otherwise rounding could stop a ray."""
 
 DIM = np.float32(0.1)
-"""Transmittance below which tracking ends at random, and goes on with more light otherwise."""
+"""Transmittance below which tracking ends at random; surviving rays get more weight."""
 
 FAINTEST = np.float32(1e-20)
 """Extinction that counts as none. The reciprocal of a smaller one may be infinite, and its product
@@ -164,7 +164,7 @@ class Extinction(NamedTuple):
         return cls(levels.astype(np.float32), cells.greatest(in_bin), shown)
 
     def of_splines(self, shape: tuple[int, int, int]) -> Extinction:
-        """Return it for cells (x, y, z) of values that voxels next to a cell have a share in.
+        """Return the extinction for cubic B-splines, in which voxels next to a cell count, too.
 
         Adjacent cells have common voxels, so that all between both's values is in one of them.
         """

@@ -1,8 +1,8 @@
 """Interpolation of a batch of samples along a ray, which takes most of the ray caster's time.
 
-Where samples are so close that the volume hardly bends between them (:data:`CLOSE`), it is read
-at every fourth one, and is linear between: what thin layers of a TF need are many look-ups of
-the TF, not of the volume. Labels have no linear values between them and are never read so.
+Where samples are dense (:data:`CLOSE`), the volume is read at every fourth one and interpolated
+linearly between these: thin layers of a TF need many look-ups of the TF, not of the volume. This
+does not apply to labels, which are not interpolated.
 
 A CPU has vector arithmetic but must load voxels one by one; with both in one
 loop, the compiler moves every index and every voxel between scalar and vector
@@ -44,7 +44,7 @@ ZERO, HALF, ONE = np.float32(0), np.float32(0.5), np.float32(1)
 
 HIGHEST = np.float32(LEVELS - 1)
 
-SHORT = np.float32(1e-6)  # part of a step by which can be divided
+SHORT = np.float32(1e-6)  # least fraction of a step that is used as a divisor
 
 
 class Staging(NamedTuple):
@@ -201,7 +201,7 @@ def _hide(medium, ray, k, levels):
 
 @inlined
 def faded(level, share):
-    """Return the level in the table of samples that are hidden for a share."""
+    """Return the level's index in the opacity table for a hidden share of 0 to 1."""
     step = np.int32(share * np.float32(FADES) + HALF)
     return np.int32(level + ENTRIES * step) if step < FADES else np.int32(NOTHING)
 

@@ -22,8 +22,8 @@ NOTHING = LEVELS  # an additional, transparent entry for samples beyond the end 
 ENTRIES = TF_SAMPLES * LEVELS_PER_BIN  # of a table: levels, and more that are transparent
 
 FADES = 32
-"""Steps in which a mask's edge fades. With a mask there are so many tables after one another: the
-first one is of samples that are shown, the next ones of those that are hidden for such a part."""
+"""Steps in which a mask's edge fades. With a mask there is one table per step, one after another:
+the first for samples that are shown entirely, the n-th for those of which n / FADES is hidden."""
 
 
 def opacity_table(
@@ -106,8 +106,8 @@ class Classifier:
         """Return the distance of each cell to one where samples of these opacities are visible."""
         if not skip_empty:
             return np.zeros(np.prod(self._cells.shape), dtype=np.int8)
-        # All skipped samples of a ray together must stay below the largest error, or that share
-        # of the brightest pixel that a nearly transparent TF can make.
+        # All skipped samples of a ray together must stay below the largest error; for a nearly
+        # transparent TF, below that share of its brightest possible pixel.
         brightest = self._brightest(opacity, distance)
         least = brightest * LARGEST_ERROR / 2 / self._most_samples(distance)
         shown = opacity.reshape(-1, ENTRIES).max(axis=0) > least

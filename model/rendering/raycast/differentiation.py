@@ -173,8 +173,8 @@ def _look(medium, colors, light, glow, ray, levels, staging, path, image):
             without_one = max(without_one * (ONE - a), through)
             through -= weight
             k += 1
-        # A loop for each light: one that asks for it at each sample is a sixth slower. Samples
-        # behind an opaque one are lit, too: its derivative has what is behind it.
+        # A loop for each light: a test at each sample would take a sixth longer. Samples behind
+        # an opaque one are lit, too, as its derivative depends on them.
         if light.shines:
             for n in range(np.uint64(first), np.uint64(k)):
                 t = min(np.float32(np.int64(n)), ray.last)
@@ -228,7 +228,7 @@ def _slopes_by_bin(medium, fading, least, ray, path, count, slopes):
             at = np.uint64(TF_SAMPLES) * table + lower
             below *= fading[at]
             upper *= fading[at + np.uint64(1)]
-        # The last bin has one more behind it, for what is above it by nothing.
+        # There is one bin more than the TF has, for samples exactly at its last bin.
         slopes[lower, 0] += below * over_red
         slopes[lower, 1] += below * over_green
         slopes[lower, 2] += below * over_blue

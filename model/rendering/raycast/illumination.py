@@ -38,7 +38,7 @@ DIFFUSE, SPECULAR, POWER = 0.9, 0.2, 20
 """Coefficients of gradient shading, equal to the reference renderer's."""
 
 NOISE = 3.0
-"""Gradient, in the noise's standard deviations, from which on a surface is rather seen than not.
+"""Gradient, in standard deviations of the noise, above which a surface is more likely than noise.
 
 The difference of two voxels has 1.4 of them along each axis, less between voxels."""
 
@@ -46,7 +46,7 @@ AMBIENT, DISTANT = 0.4, 0.65  # soft light: unoccluded ambient light and distant
 LONGEST_AXIS, COARSE = 64, 32  # nodes along the longest axis of a light's grid, usual and coarse
 
 NOTHING = np.empty((0, 0, 0), dtype=np.float32)
-"""Given to a sweep in place of what is not asked for."""
+"""Argument of a sweep for an output that is not requested."""
 
 AROUND = [
     np.array(direction) / np.linalg.norm(direction)
@@ -90,7 +90,7 @@ class SoftLight(NamedTuple):
     def blurred(self, light: NDArray[np.floating]) -> NDArray[np.floating]:
         """Blur light at nodes (..., nz, ny, nx); this is its own adjoint.
 
-        In large voxels each node would be a ring, as light fades from node to node in a surface.
+        Otherwise each node would show as a ring on surfaces of large voxels.
         """
         for axis in (-3, -2, -1) if self.blur > 0 else ():
             shares = self.blur, 1 - 2 * self.blur, self.blur
@@ -102,7 +102,7 @@ class Illumination:
     """Light that reaches the points of a volume, on a coarse grid.
 
     Extinction and ambient light depend on the opacity TF only and are cached while the view
-    changes, for two TFs that take turns. The distant light moves with the view: it is swept anew.
+    changes, for two alternating TFs. The distant light moves with the view and is swept each time.
     """
 
     def __init__(

@@ -17,8 +17,8 @@ from model.compilation import compiled, inlined
 from model.scene.transfer_function import TF_SAMPLES
 
 DARK, DARKEST = np.float32(1e-20), np.float32(-46)  # light that counts as none, and its logarithm
-VOXELS = 4  # voxels along each axis that stand for those around a node
-NODE_LEVELS = VOXELS**3  # voxels that stand for those around a node
+VOXELS = 4  # voxels sampled around a node, along each axis
+NODE_LEVELS = VOXELS**3  # voxels sampled around a node
 ZERO = np.float32(0)
 
 
@@ -108,7 +108,7 @@ def average_levels(levels, tables, layer, out):
 
 @compiled
 def add_by_level(levels, weights, table):
-    """Add to a table what each of its entries has in averages (ny, nx) of given weights."""
+    """Add the weights of averages (ny, nx) to the table entries that they average."""
     ny, nx, count = levels.shape
     for j in range(ny):
         for i in range(nx):
@@ -154,7 +154,7 @@ def sweep_layers(values, slope, passed, clear, out):
             for i in range(columns):
                 received = _mixed(bright, bright_below, i, down, right)
                 path = _mixed(dim, dim_below, i, down, right)
-                # Ever smaller numbers would end as denormal ones, which take 100 times as long.
+                # Not below DARK: arithmetic on denormal numbers takes 100 times as long.
                 through = math.exp(max(-path * length, DARKEST))
                 is_dark = received * through <= DARK
                 out[n, j, i] = ZERO if is_dark else received * through

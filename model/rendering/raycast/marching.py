@@ -2,9 +2,9 @@
 
 Emission and absorption are composited front to back (paper, Eqs. 1 to 3).
 
-The light decides which version is compiled: pictures by one version for all lights take a fifth
-longer. Flags and the lengths of arrays say all else, as Numba compiles one version for
-each combination of argument types.
+A version is compiled for each light: one version for all lights would take a fifth longer. All
+other variants are flags and lengths of arrays, as Numba compiles one version for each combination
+of argument types.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ from model.rendering.raycast.shading import received, reflect
 VISIBLE = np.float32(1 / 255)  # accumulated opacity at which something visible is met
 
 FAINT = np.float32(5e-6)
-"""Weight below which a sample's light is left out: 500 of them are less than 1/255 in all.
+"""Weight below which a sample's shading is skipped: 500 such samples are less than 1/255 in all.
 
-In an image that is nowhere bright, as much less: it would be black."""
+It is smaller in proportion for a dark image, which would otherwise be black."""
 
 FULL = np.float32(0.004)
 """Weight above which a sample has its own shading alone; less in a faint image."""
@@ -33,8 +33,8 @@ FULL = np.float32(0.004)
 SHARED = 6
 """Samples in a row that share the shading of their middle where they are fainter.
 
-From :data:`FADING` of :data:`FULL` on their own fades in: a picture must not jump as its TF is
-edited. Close samples that are composited together count as one."""
+Between :data:`FADING` of :data:`FULL` and :data:`FULL`, their own shading is blended in, so that
+pictures do not jump as a TF is edited. Dense samples that are composited together count as one."""
 
 FADING = np.float32(0.75)
 
@@ -67,7 +67,7 @@ def march(medium, colors, light, glow, ray, opaque, levels, staging, total, piec
         if k >= ray.count:
             break
         if is_close:
-            # What was skipped must not decide at which samples the volume is read.
+            # The samples at which the volume is read must not depend on what was skipped.
             k -= k % GROUP
         # A whole batch, even beyond the cell's end: partial vectors would not be faster.
         fetch(medium, ray, k, levels, staging)
@@ -94,8 +94,8 @@ def march(medium, colors, light, glow, ray, opaque, levels, staging, total, piec
                     r, g, b = colors[at], colors[at + np.uint64(1)], colors[at + np.uint64(2)]
                 weight = through * a
                 if weight > faint:
-                    # By their place alone: the shading of others does not depend on what is
-                    # visible before them.
+                    # Grouped by position alone, so that shading does not depend on what is
+                    # visible in front.
                     if weight < full:
                         if not leader <= k + m < follower:
                             leader = k + m - (k + m) % (SHARED * group)
@@ -138,15 +138,15 @@ def march(medium, colors, light, glow, ray, opaque, levels, staging, total, piec
 
 @inlined
 def _middle(first, count):
-    """Return the place amid so many samples in a row."""
+    """Return the middle of `count` samples in a row, in steps."""
     return np.float32(first) + np.float32(count - 1) * HALF
 
 
 @inlined
 def _visible_middle(alphas, levels, first, clear):
-    """Return the mean place in a group of its visible samples, given how clear it is in all.
+    """Return the mean position of a group's visible samples, given the group's transparency.
 
-    In its middle instead, each group would be a ring where light changes with depth.
+    With its middle instead, each group would show as a ring where light changes with depth.
     """
     total, through = ZERO, ONE
     for n in range(GROUP - 1):

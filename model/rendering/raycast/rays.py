@@ -42,7 +42,7 @@ def camera_array(
     if view.is_orthographic:
         angle, shift = 0.0, view.tangent * view.camera_distance(volume.radius)
     raster = raster or Raster(1, 1)
-    # The kernels count both columns and rows in halves of the raster's width, from its upper edge.
+    # Kernels measure columns and rows in halves of the raster's width, from its upper edge.
     (x, y), (half_width, half_height) = raster.center, raster.half_size
     return np.concatenate(
         [

@@ -56,15 +56,15 @@ TASKS = 32
 """Number of tasks that differentiated windows are divided into, to balance the threads' load."""
 
 FINE_FROM = 128
-"""Pixels of an image, from which on soft light's changes by many edits are computed on the light's
-own grid, from smaller ones on a coarse one. Its curves differ by 2 to 6 % in length, and in
-direction by a cosine of .9998, and take a fifth of the time."""
+"""Least size of an image, in pixels, for which changes of soft light by many edits are computed on
+the light's own grid. Smaller ones use a coarse grid, in a fifth of the time: the curves' norms
+differ by 2 to 6 %, and their cosine is .9998."""
 
 NO_DEPTH = np.empty((0, 0), dtype=np.float32)
 NO_NODES, NO_SQUARES = np.empty(0), np.empty(0)
 NO_FADING, ONE = np.empty(0, dtype=np.float32), np.float32(1)
 NO_CHANGES = NO_GRID._replace(grid=np.empty((0, 0), dtype=np.float32))
-"""Given to kernels in place of what a scene does not have or what is not asked for."""
+"""Arguments of kernels for what a scene does not have or what is not requested."""
 
 
 class Shown(NamedTuple):
@@ -87,7 +87,7 @@ class KernelVoxels:
         self.width = hi - lo
         self._scale = np.float32(lo), np.float32(bins[1] * LEVELS_PER_BIN)
 
-        # Without this object itself: in a circle its voxels would outlive it.
+        # Without `self`: a reference cycle would keep the voxels alive.
         def under(mask: Mask | None) -> Shown:
             marks = marks_of(volume, mask)
             hidden = volume.hidden if mask is None else marks.reshape(scalars.shape) > 0
@@ -153,7 +153,7 @@ class RaycastRenderer:
         self._noise = noise_of(self._voxels.scalars) if lighting == "direct" else 0.0
         self._is_coarsely_lit = False
         self.differentiates_windows = lighting != "soft"
-        """Whether many windows are as fast as one; soft light is taken back for each of them."""
+        """Whether many windows are as fast as one; soft light needs an adjoint sweep for each."""
         # What the first image needs is made before it.
         first = self._voxels.under(None)
         if lighting == "soft":
@@ -168,10 +168,10 @@ class RaycastRenderer:
     def asking(
         self, go_on: Callable[[], object] | None = None, is_coarsely_lit: bool = False
     ) -> Iterator[None]:
-        """Call this before each part of what is computed meanwhile; it may raise to give up.
+        """Have `go_on` called before each part of computations within; it may raise to cancel.
 
-        For what moves: a coarse grid of soft light takes an eighth of the time, and a normal that
-        is not blurred half.
+        Coarse lighting is for moving images: a coarse grid of soft light takes an eighth of the
+        time, and normals without blur half.
         """
         before = self._go_on, self._is_coarsely_lit
         self._go_on, self._is_coarsely_lit = go_on or self._go_on, is_coarsely_lit
@@ -235,7 +235,7 @@ class RaycastRenderer:
         self, inputs: SceneInputs, size: int | Raster, windows: NDArray[np.int64]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
         """Differentiate windows, and all of them by soft light at each of its nodes."""
-        # The kernels of sensitivities are imported by who wants them.
+        # Imported here: only sensitivities need these kernels.
         from model.rendering.raycast.differentiation import Edits, band_of, differentiate_windows
 
         arguments = self._path_arguments(inputs, size)
@@ -355,8 +355,8 @@ class RaycastRenderer:
     ) -> NDArray[np.float32]:
         """Share of each pixel that shows some values, in any light: the sum of T_i a_i w_i.
 
-        With weights (256,), in [0, 1], of 1 it is the opacity (rows, columns). Rays step over
-        narrow bands at surfaces, which shows as rings, unless samples are close.
+        The weights (256,) are in [0, 1]; all 1 give the opacity (rows, columns). Sparse samples
+        miss narrow bands of values at surfaces, which shows as rings.
         """
         gray = [(float(w),) * 3 for w in np.clip(weights, 0.0, 1.0)]
         places = np.linspace(*self._volume.scalar_range, TF_SAMPLES).tolist()

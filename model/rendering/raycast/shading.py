@@ -36,9 +36,9 @@ class Light(NamedTuple):
     power: Any  # int: of the gloss; even
     faces: Any  # Faces
     noise: Any
-    """Float32: fourth power of the gradient, in differences of voxels, at which its direction
-    counts for a half; 0 where every one counts."""
-    dim: Any  # float32: how bright the image can be, 0 to 1: in a faint one fainter samples count
+    """Float32: fourth power of the gradient, in differences of voxels, at which the normal has
+    half its weight; 0 if all normals count."""
+    dim: Any  # float32: largest brightness of the image, 0 to 1, to which thresholds are relative
     shines: Any  # bool: whether there is this light, where kernels take one in any case
 
 
@@ -55,7 +55,7 @@ _NOWHERE = (ZERO, ZERO, ZERO)
 _FACELESS = Faces(_NOWHERE, _NOWHERE, (ZERO, ZERO, ZERO, ZERO), _NOWHERE)
 NO_LIGHT = Light(_NOWHERE, _NOWHERE, _NOWHERE, ZERO, ZERO, 0, _FACELESS, ZERO, ONE, False)
 NO_GRID = LightGrid(np.empty(0, dtype=np.float32), (0, 0, 0), _NOWHERE, ONE)
-"""Given to kernels in place of a light that a scene does not have."""
+"""Arguments of kernels for a light that a scene does not have."""
 
 
 def faces_of(part: ShownPart, volume: Volume) -> Faces:
@@ -94,9 +94,9 @@ def corner_of(glow, place, weights, corner):
 def reflect(medium, light, ray, k):
     """Diffuse factor and white gloss of sample k; both sides of a surface are lit.
 
-    The gradient gives the normal, as far as it is more than noise: where it is not, the sample is
-    lit evenly. Within half a voxel of a face of what is shown, the face's normal counts instead,
-    and less and less up to a voxel.
+    The normal is the gradient's direction; where the gradient is noise, the sample is lit evenly.
+    Within half a voxel of a face of the shown part, the face's normal is used, with a weight that
+    falls to 0 at one voxel.
     """
     x, y, z = place_on(ray, k)
     normal = gradient(medium, x, y, z)
@@ -202,9 +202,9 @@ def half_power(square, power):
 def gradient(medium, x, y, z):
     """Interpolate the differences between the next and the previous voxel along each axis.
 
-    That is the same as the difference of the field interpolated a voxel further and a voxel
-    back, with positions outside clamped to the faces, but shares rows of voxels. Next to the faces,
-    of labels, whose differences mean nothing, and of large voxels it is :func:`_by_64`.
+    This equals the difference of the field interpolated one voxel ahead and one behind, with
+    positions clamped to the faces, but reads rows of voxels once. Next to the faces, for labels,
+    whose differences mean nothing, and for large voxels, :func:`_by_64` is used.
     """
     voxels, shape = medium.voxels, medium.shape
     inner = x >= ONE and y >= ONE and z >= ONE
@@ -262,11 +262,11 @@ def _change(before, first, second, behind, share):
 
 @called
 def _by_64(voxels, shape, blur, x, y, z):
-    """Gradient of the values of the 64 voxels around, or of the share of the nearest one's label.
+    """Gradient from the 64 voxels around: of the values, or of the share of the nearest label.
 
-    Labels (the blur is None) are weighted by a cubic B-spline: a staircase of voxels is a smooth
-    surface. Values are blurred across each difference, as by Prewitt's operator: each step of large
-    voxels' values would be a ring. The TF does not count, as the derivatives by it demand.
+    Labels (blur None) are weighted by a cubic B-spline, so that staircases of voxels get smooth
+    normals. Values are blurred perpendicular to each difference, as by Prewitt's operator, or large
+    voxels would show as rings. Gradients do not depend on the TF, as its derivatives require.
     """
     x, y, z = clamp(x, shape[0]), clamp(y, shape[1]), clamp(z, shape[2])
     place, weights = locate(shape, x, y, z)

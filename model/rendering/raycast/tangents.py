@@ -62,7 +62,7 @@ def change_rows(medium, changes, colors, light, glow, turn_grid, least, camera, 
                         red += weight * colors[at]
                         green += weight * colors[at + _1]
                         blue += weight * colors[at + _2]
-                # A loop for each light: one that asks for it at each sample is much slower.
+                # A loop for each light: a test at each sample would be much slower.
                 if glows:
                     for m in range(count):
                         if weights[m] != ZERO or seen[m] > FAINT:

@@ -103,10 +103,9 @@ def weights_of(is_nearest, weights):
 def hidden_share(marks, shape, is_nearest, place, weights):
     """Return which share of a place that :func:`locate` found is hidden, by marks of voxels.
 
-    All of it is where the nearest voxel is missing, and else the share of masked voxels,
-    interpolated: a mask's edge fades from voxel to voxel. What is missing takes away what is nearer
-    to it than to any other voxel, and as its value was replaced by that of those around it, samples
-    next to it are what was measured there.
+    It is 1 if the nearest voxel is missing, else the interpolated share of masked voxels, so that a
+    mask's edge fades from voxel to voxel. Next to a missing voxel, samples have measured values,
+    because its own value was replaced by its neighbours' mean.
     """
     near, above, behind, both = rows_at(shape, place)
     one, two = load_pair(marks, near), load_pair(marks, above)
@@ -158,7 +157,7 @@ def clamp(place, count):
 
 @inlined
 def smoothed(medium, value, x, y, z):
-    """Return an interpolated value, as far as a medium is smooth a cubic B-spline's."""
+    """Return a value interpolated linearly, blended with a cubic B-spline's by `medium.smooth`."""
     if medium.smooth <= ZERO:
         return value
     return value + medium.smooth * (_spline_at(medium.voxels, medium.shape, x, y, z) - value)
