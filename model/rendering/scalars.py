@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
@@ -11,6 +10,7 @@ from numpy.typing import NDArray
 from model.scene.mask import Mask, grown, masked_voxels
 from model.scene.transfer_function import Range
 from model.scene.volume import Volume
+from model.threads import in_threads
 
 WELL_CONDITIONED = 256.0
 """Largest ratio of absolute values to their range for which float32 is used unchanged.
@@ -56,9 +56,13 @@ def renderable_scalars(
     lowest, highest = _limits(volume)
     # The extremes of float64 would overflow in hi - lo: halve first.
     span = hi / 2 - lo / 2
-    for plane, out in zip(values, scaled, strict=True):
-        doubles = plane.astype(np.float64)
-        out[...] = (np.clip(doubles, lowest, highest, out=doubles) / 2 - lo / 2) / span
+
+    def scale(z: int) -> None:
+        doubles = values[z].astype(np.float64)
+        np.clip(doubles, lowest, highest, out=doubles)
+        scaled[z] = (doubles / 2 - lo / 2) / span
+
+    in_threads(scale, range(len(values)))
     return scaled, (0.0, 1.0)
 
 
@@ -91,7 +95,7 @@ def marks_of(volume: Volume, mask: Mask | None) -> NDArray[np.uint8]:
 def _clamped_far_out(volume: Volume, voxels: NDArray[Any]) -> NDArray[Any]:
     """Clamp voxels :data:`BEYOND` the scalar range; without a copy where there are none."""
     lowest, highest = _limits(volume)
-    if (lowest, highest) == volume.data_range and not volume.draws_missing:
+    if (lowest, highest) == volume.data_range:
         return voxels
     return np.clip(voxels, lowest, highest)
 
@@ -99,9 +103,6 @@ def _clamped_far_out(volume: Volume, voxels: NDArray[Any]) -> NDArray[Any]:
 def _limits(volume: Volume) -> Range:
     """Smallest and largest voxel, or what voxels :data:`BEYOND` the range become."""
     (lo, hi), (lowest, highest) = volume.scalar_range, volume.data_range
-    if volume.missing is not None and volume.draws_missing:
-        # Their numbers are not in the data's range.
-        lowest, highest = -math.inf, math.inf
     return max(lo - BEYOND * (hi - lo), lowest), min(hi + BEYOND * (hi - lo), highest)
 
 
