@@ -291,6 +291,10 @@ class Menus:
         def toggle_full() -> None:
             window.showNormal() if window.isFullScreen() else window.showFullScreen()
 
+        def face_clip() -> None:
+            state.face_clip()
+            window.crop_card.set_shown(True)  # with the keys that move the plane
+
         self._add(menu, "&Reset view", state.reset_view, "Ctrl+0")
         self._add(menu, "Zoom to f&it", state.view_whole, "Ctrl+9")
         sides = menu.addMenu("Fr&om")
@@ -311,7 +315,7 @@ class Menus:
             "O", is_on=lambda: state.view.is_orthographic,
         )  # fmt: skip
         plane = menu.addMenu("Clipping p&lane")
-        self._add(plane, "&Face the viewer", self._face_clip, "Shift+K")
+        self._add(plane, "&Face the viewer", face_clip, "Shift+K")
         self._add(plane, "F&lip", state.flip_clip)
         self._add(plane, "&Remove", partial(state.clip_input.set, None))
         self._add(
@@ -400,11 +404,6 @@ class Menus:
         if self._window.state.tf_input.compares:
             self._window.panes.show_b(True, not self._window.panes.wipes)
 
-    def _face_clip(self) -> None:
-        """Cut by a plane that faces the viewer, and show the keys that move it."""
-        self._window.state.face_clip()
-        self._window.crop_card.set_shown(True)
-
     def _add_undo(self, menu: QMenu) -> None:
         edits, keys = self._window.state.edits, QKeySequence.StandardKey
         stack = edits.stack
@@ -413,15 +412,13 @@ class Menus:
         # Both usual keys, whatever the system's own is.
         usual = [*QKeySequence.keyBindings(keys.Redo), QKeySequence("Ctrl+Y")]
         redo.setShortcuts(list(dict.fromkeys(usual)))
-        for action, changed in ((undo, stack.canUndoChanged), (redo, stack.canRedoChanged)):
+        for action, name, possible, text in (
+            (undo, "&Undo", stack.canUndoChanged, stack.undoTextChanged),
+            (redo, "Redo", stack.canRedoChanged, stack.redoTextChanged),
+        ):
             action.setEnabled(False)
-            changed.connect(action.setEnabled)
-
-        def name_edits() -> None:
-            undo.setText(f"&Undo {stack.undoText()}".rstrip())
-            redo.setText(f"Redo {stack.redoText()}".rstrip())
-
-        self._refreshes.append(name_edits)
+            possible.connect(action.setEnabled)
+            text.connect(lambda what, a=action, name=name: a.setText(f"{name} {what}".rstrip()))
 
     def _fill_region(self, menu: QMenu) -> None:
         regions, view = self._window.sensitivity_state, self._window.sensitivity
