@@ -405,13 +405,12 @@ class Menus:
             self._window.panes.show_b(True, not self._window.panes.wipes)
 
     def _add_undo(self, menu: QMenu) -> None:
-        edits, keys = self._window.state.edits, QKeySequence.StandardKey
-        stack = edits.stack
+        edits, stack = self._window.state.edits, self._window.state.edits.stack
+        keys = QKeySequence.StandardKey
         undo = add_action(menu, "&Undo", edits.undo, keys.Undo)
         redo = add_action(menu, "Redo", edits.redo)
-        # Both usual keys, whatever the system's own is.
         usual = [*QKeySequence.keyBindings(keys.Redo), QKeySequence("Ctrl+Y")]
-        redo.setShortcuts(list(dict.fromkeys(usual)))
+        redo.setShortcuts(list(dict.fromkeys(usual)))  # both, whatever the system's own is
         for action, name, possible, text in (
             (undo, "&Undo", stack.canUndoChanged, stack.undoTextChanged),
             (redo, "Redo", stack.canRedoChanged, stack.redoTextChanged),
