@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from itertools import zip_longest
 
-from PySide6.QtCore import QEvent, QObject, QRectF, Qt
+from PySide6.QtCore import QEvent, QObject, QRectF, Qt, Signal
 from PySide6.QtGui import QColor, QEnterEvent, QPainter, QPaintEvent
 from PySide6.QtWidgets import (
     QAbstractButton,
@@ -195,6 +195,8 @@ class SourceLabel(QLabel):
 class FindingsPanel(QFrame):
     """Lists what is visible in the region or at the clicked place, and the strongest edits."""
 
+    fitted = Signal()  # it has opened or closed
+
     def __init__(
         self,
         asker: SensitivityAsker,
@@ -203,11 +205,9 @@ class FindingsPanel(QFrame):
         what_if: WhatIfQuestion,
         source: QWidget,
         plot: QWidget,
-        fitted: Callable[[], object],
     ) -> None:
         super().__init__()
         self._asker, self._layer, self._actions, self._what_if = asker, layer, actions, what_if
-        self._fitted = fitted  # called after it has opened or closed
         self._plot = plot
         plot.installEventFilter(self)
         self._has_room = self._is_folded = self._is_low = self._holds = False
@@ -278,7 +278,7 @@ class FindingsPanel(QFrame):
         if self.isHidden() == self.is_open:
             self._keep_room(self._plot.underMouse())
             self.setVisible(self.is_open)
-            self._fitted()
+            self.fitted.emit()
 
     def fold(self, width: int, height: int) -> None:
         """Take less room in a low editor, and open by itself in a wide one."""

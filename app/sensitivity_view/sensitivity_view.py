@@ -76,7 +76,7 @@ class SensitivityView(QObject):
             asker, self.responses, reference.brightness, self._show_what_if, self
         )
         self.findings = FindingsPanel(
-            asker, self.responses, self.actions, self.what_if, self.source, area.widget, self._fold
+            asker, self.responses, self.actions, self.what_if, self.source, area.widget
         )
         editor.header.insertWidget(len(editor.header_controls), self.chips)
         editor.row.addWidget(self.findings)
@@ -142,7 +142,8 @@ class SensitivityView(QObject):
         for changed in (area.axisChanged, area.heightChanged):
             changed.connect(partial(self._refresh, "axis"))
         area.recolored.connect(partial(self._refresh, "colors"))
-        self._editor.resized.connect(self._fold)
+        for changed in (self._editor.resized, self.findings.fitted):
+            changed.connect(self._fold)
         self._workspace.hintChanged.connect(lambda _hint: self._refresh("hint"))
         self._workspace.modelChanged.connect(self._show_source)
         preparation = self._workspace.reference.preparation
