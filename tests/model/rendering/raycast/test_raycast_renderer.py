@@ -1,5 +1,10 @@
 """The ray caster's images against a second ray caster in float64, and against closed forms."""
 
+import os
+import subprocess
+import sys
+from pathlib import Path
+
 import numpy as np
 import pytest
 from drawing import MODES, RAINBOW, RANGE, VIEW, WHITE, constant, drawn, slab
@@ -197,3 +202,41 @@ def test_rings_go_under_all_lights(lighting):
     truth = renderer.render(inputs, 48, 1 / 64)
     usual = off_by(renderer.render(inputs, 48), truth)
     assert off_by(renderer.render(inputs, 48, smooth_distance(0.5, lighting)), truth) < 0.3 * usual
+
+
+PLAIN = """
+import sys
+from numba.core.dispatcher import Dispatcher
+from model.rendering.raycast.renderer import RaycastRenderer
+from model.scene.default_tf import default_transfer_function
+from model.scene.inputs import SceneInputs
+from model.scene.view import View
+from model.volume_files.shipped import shipped_volumes
+from model.volume_files import read_volume
+volume = read_volume(shipped_volumes()[0])
+inputs = SceneInputs.of(View(30.0, 20.0), default_transfer_function(volume))
+RaycastRenderer(volume).render(inputs, 16)
+print(*sys.modules)
+ours = [module for name, module in list(sys.modules.items()) if name.startswith("model.")]
+found = [item for module in ours for item in vars(module).values()]
+used = [item.py_func for item in found if isinstance(item, Dispatcher) and item.signatures]
+print(*(f"{each.__module__}.{each.__name__}" for each in used))
+"""
+
+
+@pytest.mark.slow
+def test_a_plain_picture_loads_and_compiles_nothing_of_what_it_lacks(tmp_path):
+    caches = dict.fromkeys(("XDG_CACHE_HOME", "LOCALAPPDATA"), str(tmp_path))
+    command, root = [sys.executable, "-c", PLAIN], Path(__file__).parents[4]
+    done = subprocess.run(
+        command, cwd=root, env={**os.environ, **caches}, capture_output=True, text=True, check=True
+    )
+    loaded, compiled = done.stdout.splitlines()
+    assert "raycast.marching" in loaded and "raycast.batch.fetch" in compiled
+    of_others = (
+        "vtkmodules torch openvino sklearn PySide6 pyqtgraph PIL h5py zarr pydicom nibabel dask "
+        "path_tracing vtk_renderer differentiation tangents sensitivity networks latent training"
+    )
+    assert not set(of_others.split()) & set(loaded.replace(".", " ").split())
+    of_light = "shading", "illumination", "light_sweeps", "batch._hide", "path_tracing"
+    assert [name for name in of_light if name in compiled] == []
