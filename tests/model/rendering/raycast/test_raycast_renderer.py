@@ -238,5 +238,5 @@ def test_a_plain_picture_loads_and_compiles_nothing_of_what_it_lacks(tmp_path):
         "path_tracing vtk_renderer differentiation tangents sensitivity networks latent training"
     )
     assert not set(of_others.split()) & set(loaded.replace(".", " ").split())
-    of_light = "shading", "illumination", "light_sweeps", "batch._hide", "path_tracing"
+    of_light = "shading", "illumination", "light_sweeps", "path_tracing"
     assert [name for name in of_light if name in compiled] == []
