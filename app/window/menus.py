@@ -411,13 +411,13 @@ class Menus:
         redo = add_action(menu, "Redo", edits.redo)
         usual = [*QKeySequence.keyBindings(keys.Redo), QKeySequence("Ctrl+Y")]
         redo.setShortcuts(list(dict.fromkeys(usual)))  # both, whatever the system's own is
-        for action, name, possible, text in (
-            (undo, "&Undo", stack.canUndoChanged, stack.undoTextChanged),
-            (redo, "Redo", stack.canRedoChanged, stack.redoTextChanged),
-        ):
+        for action, changed in ((undo, stack.canUndoChanged), (redo, stack.canRedoChanged)):
             action.setEnabled(False)
-            possible.connect(action.setEnabled)
-            text.connect(lambda what, a=action, name=name: a.setText(f"{name} {what}".rstrip()))
+            changed.connect(action.setEnabled)
+        self._refreshes += [
+            lambda: undo.setText(f"&Undo {stack.undoText()}".rstrip()),
+            lambda: redo.setText(f"Redo {stack.redoText()}".rstrip()),
+        ]
 
     def _fill_region(self, menu: QMenu) -> None:
         regions, view = self._window.sensitivity_state, self._window.sensitivity
