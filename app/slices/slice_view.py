@@ -457,8 +457,10 @@ class SlicesColumn(QWidget):
             return
         self._under, place = place, place or self._state.place
         value = slices.stored_at(volume, place)
-        said = "nothing measured" if value is None else f"{value:.9g} {volume.units}".rstrip()
-        name = "" if value is None else self._state.viewer.label_name(value)
+        said, name = "nothing measured", ""
+        if value is not None:
+            said = f"value {value:.9g} {volume.units}".rstrip()
+            name = self._state.viewer.label_name(value)
         voxel = ", ".join(str(n + 1) for n in slices.voxel_of(volume, place))
         self.value.set_full_text("   ".join(filter(None, (said, name, f"voxel {voxel}"))))
         step, found = min(volume.spacing), slices.coordinates(volume, place)

@@ -272,7 +272,7 @@ def test_a_resting_mouse_marks_the_value_and_shows_where_it_is_visible(qtbot, wi
     assert mark.value() == pytest.approx(window.editor.area.axis.place(value))
     qtbot.waitUntil(lambda: asked.band is not None and asked.band.low == pytest.approx(value))
     assert not asked.band.effect and state(window).band is None
-    assert readout(window) == f"{value:.9g} K   voxel 2, 4, {z + 1}\n"
+    assert readout(window) == f"value {value:.9g} K   voxel 2, 4, {z + 1}\n"
     QTest.mouseMove(view.viewport(), at(window, view, 2, 1, z))
     assert asked.band is None
     qtbot.waitUntil(lambda: asked.band is not None)
@@ -324,7 +324,7 @@ OTHERS = [
     (Volume(make_volume().voxels, (1e-9, 2e-9, 3e-9)), (1, 1, 1), "x 1e-09  y 2e-09  z 3e-09"),
     (Volume(make_volume().voxels, (0.01,) * 3, (1e3,) * 3), (1, 1, 2), "x 1000.01  y 1000.01"),
     (Volume(make_volume().voxels[2:4] * HUGE, (20.0, 1, 1)), (3, 0, 1), "x 60  y 0  z 1"),
-    (labels(), (2, 2, 2), "3   liver   voxel 3, 3, 3\nx 2  y 2  z 14"),
+    (labels(), (2, 2, 2), "value 3   liver   voxel 3, 3, 3\nx 2  y 2  z 14"),
 ]  # fmt: skip
 
 
