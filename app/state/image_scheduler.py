@@ -18,6 +18,7 @@ from model.scene.value_scale import ValueScale
 
 NO_MODEL_SIZE = 512  # size of the reference image until its pane's is known, in pixels
 HOLD_MS = 1500  # longest wait of the analyst for the reference's image at rest
+LATER_MS = 4000  # longest time for which images at rest make way for other work
 STILL_MS = 300  # pause in a drag after which its images become better
 
 
@@ -50,6 +51,7 @@ class ImageScheduler(QObject):
         self.scale: ValueScale = "linear"
         self._patience = Pause(self, HOLD_MS, self._let_go)
         self._still = Pause(self, STILL_MS, self._refine)
+        self._later = Pause(self, LATER_MS, self._come_back)
         state.inputsChanged.connect(self._ask_moving)
         state.inputsChangeFinished.connect(self.send)
         self._of_reference = self._reference.images, self._reference.images_b
@@ -70,9 +72,25 @@ class ImageScheduler(QObject):
         """Draw the present state once with the pixels of a moving image, and then at rest."""
         self._ask(self._reference.images, live=1)
 
+    def make_way(self, is_needed: bool) -> None:
+        """Draw no images at rest while the user waits for something else, or draw them again."""
+        if is_needed:
+            self._later.start()
+            self._let_go()
+            for channel in self._channels:
+                channel.cancel()
+        elif self._later.isActive():
+            self._come_back()
+
+    def _come_back(self) -> None:
+        self._later.stop()
+        if not self._state.live:
+            self.send()
+
     def end(self) -> None:
         """Release held requests, and stop waiting."""
         self._still.stop()
+        self._later.stop()
         self._let_go()
 
     def _let_go(self) -> None:
@@ -130,6 +148,8 @@ class ImageScheduler(QObject):
         client, stop, inputs = channel.client, self.stop, self._inputs(channel)
         is_b = channel is self._reference.images_b
         if client in self.hidden or (is_b and not self.compares):
+            return
+        if self._later.isActive() and not live:
             return
         if inputs.opacity_tf.scale != self.scale:
             return

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any, get_args
 
@@ -14,7 +15,7 @@ from app.engines.messages import EngineReady
 from app.state.edited_tf import PaneName
 from app.state.image_scheduler import ImageScheduler
 from app.state.latent_pictures import LatentPictures
-from app.state.latent_session import LatentState
+from app.state.latent_session import LatentChoices, LatentState
 from app.state.library import Library
 from app.state.open_model import NO_VOLUME, OpenModel
 from app.state.opened_volume import OpenedVolume
@@ -111,6 +112,8 @@ class Workspace(QObject):
             (work.resized, self.sensitivity.show),
             (work.choicesChanged, self._share_patience),
             (work.settingsChanged, self._relight),
+            (self.latent.state.choicesChanged, self._make_way),
+            (self.latent.session.differentChanged, partial(self._scheduler.make_way, False)),
             (work.analystReplaced, self._restart_questions),
             (generator.engineReady, self._generator_ready),
             (generator.stateChanged, self._follow_failure),
@@ -128,6 +131,11 @@ class Workspace(QObject):
     def _share_patience(self, choices: ReferenceChoices) -> None:
         """Give pictures of the map the same speed as the images."""
         self.latent.patience = STOPS[choices.stop].patience
+
+    def _make_way(self, choices: LatentChoices) -> None:
+        """Have images wait for the browser's first pictures, which its opening asks for."""
+        if choices.shown and self.latent.session.different is None and self.opened is not None:
+            self._scheduler.make_way(True)
 
     @property
     def _volume(self) -> Volume | None:

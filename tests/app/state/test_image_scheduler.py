@@ -135,6 +135,22 @@ def test_answers_wait_for_the_first_sharp_image_and_no_longer(
     qtbot.waitUntil(lambda: not analyst.is_held)
 
 
+def test_images_at_rest_make_way(qtbot, state, scheduler, reference, analyst):
+    scheduler.send()
+    scheduler.make_way(True)
+    assert IMAGES in reference.abandoned and not analyst.is_held
+    state.set_view(View(azimuth=50.0))
+    reference.answer()
+    assert reference.asked[-1].quality.live and reference.asked[-1].inputs == state.inputs
+    scheduler.make_way(False)
+    assert not reference.asked[-1].quality.live and reference.asked[-1].inputs == state.inputs
+    # What it makes way for may never come.
+    scheduler._later.setInterval(1)
+    scheduler.make_way(True)
+    count = len(reference.asked)
+    qtbot.waitUntil(lambda: len(reference.asked) > count)
+
+
 def test_what_nobody_sees_is_not_asked_for(state, scheduler, generator, reference):
     scheduler.hidden = frozenset({reference})
     scheduler.send()
