@@ -136,6 +136,9 @@ class FigureDialog(QDialog):
             ("", self.scale_box),
         ]
         self._form = form(*((name, field) for name, field in rows if field is not None))
+        # Its longest name is not always shown, and the fields must not move by that.
+        longest = self._form.labelForField(self.rate_box).sizeHint().width()
+        self._form.labelForField(self.size_box).setMinimumWidth(longest)
         self._form.setRowVisible(self.which_box, self.which_box.count() > 1)
         buttons, self.save_button = answer_box(self, "Save…")
         self.copy_button = buttons.addButton("Copy", QDialogButtonBox.ButtonRole.ActionRole)
@@ -198,7 +201,7 @@ class FigureDialog(QDialog):
     def _show_result(self) -> None:
         width, height = self.width_box.value(), self.height_box.value()
         need = readable_size(width * height * BYTES_PER_PIXEL)
-        self._memory.setText(f"{width * height / 1e6:.1f} megapixels, {need} of memory")
+        self._memory.setText(f"{short(width * height / 1e6)} megapixels, {need} of memory")
         self.preview(self.choice())
 
     def _set_present(self, _row: int = 0) -> None:

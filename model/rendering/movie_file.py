@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from model.errors import RenderError, missing
+from model.errors import RenderError, missing, reason
 from model.files import write_atomically
 
 SUFFIXES = (".mp4", ".gif")
@@ -45,8 +45,10 @@ def write_movie(path: Path, frames: Iterable[NDArray[np.uint8]], frames_per_seco
             movie.close()
         write_atomically(path, partial.read_bytes())
     except (OSError, ValueError, RuntimeError) as error:
+        # Not with the name of the partial file.
+        why = reason(error) if isinstance(error, OSError) else error
         raise RenderError(
-            f"{path}: the movie cannot be written ({error}); try another place or format."
+            f"{path}: the movie cannot be written ({why}); try another place or format."
         ) from error
     finally:
         partial.unlink(missing_ok=True)

@@ -235,7 +235,7 @@ def test_what_cannot_be_drawn_or_written_is_reported_and_leaves_no_file(
     assert not [*tmp_path.iterdir()]
     builders.references[-1].gate = None
     window.saving.draw(TURN, tmp_path / "missing" / "turn.gif")
-    qtbot.waitUntil(lambda: "cannot be written" in window.notice.text, timeout=20_000)
+    qtbot.waitUntil(lambda: "cannot be written (No such" in window.notice.text, timeout=20_000)
     assert window.status.news == ""
     qtbot.waitUntil(lambda: not window.saving.unfinished)
     builders.references[-1].error = RenderError("It is broken; mend it.")
@@ -324,11 +324,14 @@ def test_a_movie_has_even_sides_that_players_show_and_a_background(qtbot):
     qtbot.addWidget(dialog)
     assert dialog.choice() == FigureChoice(4096, 2048, (0, 0, 0), seconds=2.0)
     assert dialog.copy_button.isHidden()
+    dialog.show()
+    left = dialog.movie_box.x()
     dialog.rate_box.setValue(10)
     assert dialog.choice().frame_count == 20
     dialog.movie_box.setChecked(False)
     assert dialog.choice().frame_count == 0 and not dialog.copy_button.isHidden()
-    assert dialog.seconds_box.isHidden()
+    dialog.layout().activate()
+    assert dialog.seconds_box.isHidden() and dialog.movie_box.x() == left
     dialog.width_box.setValue(8192)
     assert dialog.choice() == FigureChoice(8192, 4096, None, rate=10)
 
