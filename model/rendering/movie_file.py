@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from model.errors import RenderError, missing, reason
+from model.errors import RenderError, first_line, missing, os_errors_as
 from model.files import write_atomically
 
 SUFFIXES = (".mp4", ".gif")
@@ -19,8 +19,6 @@ def write_movie(path: Path, frames: Iterable[NDArray[np.uint8]], frames_per_seco
     Returns its path. Frames are taken one by one; any exception deletes the movie. Raises
     :class:`RenderError` if the format is unknown, or the file cannot be written.
     """
-    import imageio.v2 as imageio
-
     suffix = path.suffix.lower()
     if suffix not in SUFFIXES:
         raise RenderError(
@@ -29,27 +27,34 @@ def write_movie(path: Path, frames: Iterable[NDArray[np.uint8]], frames_per_seco
     if suffix == ".mp4" and (clause := missing("movies")) is not None:
         raise RenderError(f"{path}: for MP4 {clause}, or choose .gif")
     partial = path.with_name(f".{path.stem}.partial{suffix}")
-    try:
-        settings: dict[str, Any] = (
-            {"fps": frames_per_second, "format": "FFMPEG", "macro_block_size": 2}
-            if suffix == ".mp4"
-            else {"duration": 1000 / frames_per_second, "loop": 0, "mode": "I"}
-        )
-        movie = imageio.get_writer(partial, **settings)
+    failed, remedy = f"{path}: the movie cannot be written", "try another place or format"
+    with os_errors_as(RenderError, failed, remedy):
+        # Before anything is drawn; encoders would name this file, or no reason.
+        partial.touch()
         try:
-            for frame in frames:
-                height, width = (n - n % 2 if suffix == ".mp4" else n for n in frame.shape[:2])
-                movie.append_data(frame[:height, :width])
+            _encode(partial, frames, frames_per_second)
+            write_atomically(path, partial.read_bytes())
+        except (ValueError, RuntimeError) as error:
+            raise RenderError(f"{failed} ({first_line(error)}); {remedy}.") from error
         finally:
-            # Its own context would leave it open after an error, and the encoder running.
-            movie.close()
-        write_atomically(path, partial.read_bytes())
-    except (OSError, ValueError, RuntimeError) as error:
-        # Not with the name of the partial file.
-        why = reason(error) if isinstance(error, OSError) else error
-        raise RenderError(
-            f"{path}: the movie cannot be written ({why}); try another place or format."
-        ) from error
-    finally:
-        partial.unlink(missing_ok=True)
+            partial.unlink(missing_ok=True)
     return path
+
+
+def _encode(path: Path, frames: Iterable[NDArray[np.uint8]], frames_per_second: float) -> None:
+    import imageio.v2 as imageio
+
+    is_mp4 = path.suffix == ".mp4"
+    settings: dict[str, Any] = (
+        {"fps": frames_per_second, "format": "FFMPEG", "macro_block_size": 2}
+        if is_mp4
+        else {"duration": 1000 / frames_per_second, "loop": 0, "mode": "I"}
+    )
+    movie = imageio.get_writer(path, **settings)
+    try:
+        for frame in frames:
+            height, width = (n - n % 2 if is_mp4 else n for n in frame.shape[:2])
+            movie.append_data(frame[:height, :width])
+    finally:
+        # Its own context would leave it open after an error, and the encoder running.
+        movie.close()

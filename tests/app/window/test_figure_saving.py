@@ -235,7 +235,7 @@ def test_what_cannot_be_drawn_or_written_is_reported_and_leaves_no_file(
     assert not [*tmp_path.iterdir()]
     builders.references[-1].gate = None
     window.saving.draw(TURN, tmp_path / "missing" / "turn.gif")
-    qtbot.waitUntil(lambda: "cannot be written (No such" in window.notice.text, timeout=20_000)
+    qtbot.waitUntil(lambda: "cannot be written" in window.notice.text, timeout=20_000)
     assert window.status.news == ""
     qtbot.waitUntil(lambda: not window.saving.unfinished)
     builders.references[-1].error = RenderError("It is broken; mend it.")
