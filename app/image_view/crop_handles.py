@@ -97,7 +97,7 @@ class CropHandles(QObject):
         if kind in PLANE_LABELS:
             return PLANE_LABELS[kind]
         axis, side = kind
-        voxel = voxel_at((self._box.low, self._box.high)[side][axis], self._dimensions[axis])
+        voxel = 1 + voxel_at((self._box.low, self._box.high)[side][axis], self._dimensions[axis])
         name = axis_name(axis, self._state.axis_labels)
         return f"{name}: {'last' if side else 'first'} voxel {voxel}"
 

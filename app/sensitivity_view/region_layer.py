@@ -85,6 +85,9 @@ class RegionLayer(QObject):
             self._state.set_tool(None)
             self._state.finish_region()
         if self._state.tool != self._tool:
+            if self._lasso:
+                # What is being drawn is dropped; the release is no click.
+                self._pressed = None
             self._tool, self._lasso = self._state.tool, []
             self._show_cursor(self._tool)
         self._canvas.update()

@@ -154,7 +154,7 @@ class FigureSaving(QObject):
             which = first.which if first.which in sizes else next(iter(sizes))
             width, height = sizes[which]
             shown = replace(first, which=which, width=width, height=height, seconds=0.0)
-            self.draw(shown, None)
+            self._draw(shown, None)
             return
         dialog = FigureDialog(sizes, first, self._context.window)
         for name, pane in self._panes.items():
@@ -218,9 +218,12 @@ class FigureSaving(QObject):
         return found
 
     def draw(self, choice: FigureChoice, place: Path | None) -> None:
-        """Have a figure drawn, and save it to a file; without one, copy it to the clipboard."""
-        self._end()
+        """Save a figure to a file, or without one copy it, and remember the choice."""
         self._remember(choice)
+        self._draw(choice, place)
+
+    def _draw(self, choice: FigureChoice, place: Path | None) -> None:
+        self._end()
         state = self._context.state
         inputs = state.inputs_of("A")
         frames = [inputs]

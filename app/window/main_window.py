@@ -348,7 +348,7 @@ class MainWindow(WindowParts):
     def _show_range(self, opened: OpenedVolume) -> None:
         self.editor.area.histogram.set_data(opened.counts, opened.edges)
         self.editor.area.set_axis(self.editor.area.axis)
-        self.slices.show_volume(opened)
+        self.slices.show_range(opened)
         self.menus.refresh()
 
     def _show_scale(self, opened: OpenedVolume) -> None:

@@ -76,7 +76,7 @@ class Slices(QObject):
         known, before = self._context.preferences.volume(opened.fingerprint), self.state.volume
         is_next = before is not None and before.series == opened.volume.series
         self.state.place = known.cross_hair or (self.state.place if is_next else MIDDLE)
-        self.show_volume(opened)
+        self._show_volume(opened)
         self.state.show(colors=known.slice_colors or self.state.colors)
         if known.gray_window is not None:
             whole = opened.volume.scalar_range
@@ -85,8 +85,13 @@ class Slices(QObject):
         self._set_shown(self._context.preferences.settings.slices)
         self._context.update_images()
 
-    def show_volume(self, opened: OpenedVolume) -> None:
+    def show_range(self, opened: OpenedVolume) -> None:
         """Show the open volume over another range, or on another scale."""
+        self._show_volume(opened)
+        # It may be another one than what the user had chosen.
+        self._context.workspace.keep(gray_window=self.state.window)
+
+    def _show_volume(self, opened: OpenedVolume) -> None:
         volume, before, changes = opened.volume, self.state.volume, dict[str, Any]()
         if before is None or before.scalar_range != volume.scalar_range:
             changes["window"] = usual_window(opened.counts, opened.edges)

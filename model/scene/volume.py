@@ -65,6 +65,7 @@ class FileFacts:
     is_labels: bool = False  # whether the file declares values as labels
     labels: tuple[Label, ...] = ()  # those that the file names or colours
     stretch: float = 1.0  # factor by which z is stretched, as units may differ
+    declared_type: str = ""  # type of the voxels by the file, if they are read as a smaller one
 
     @property
     def label_numbers(self) -> dict[int, int] | None:
@@ -381,11 +382,11 @@ class Volume:
 
     @cached_property
     def fingerprint(self) -> str:
-        """SHA-256 of the voxels, their type, shape and spacing, and the missing ones."""
+        """SHA-256 of the voxels, their type in the file, shape, spacing and which are missing."""
         if self.stored is not None:
             return self.stored.fingerprint
         digest = hashlib.sha256()
-        little = self.voxels.dtype.newbyteorder("<")
+        little = np.dtype(self.file.declared_type or self.voxels.dtype).newbyteorder("<")
         spacing = [float(s) for s in self.spacing]
         digest.update(f"{little.str} {self.dimensions} {spacing}".encode())
         for z in range(len(self.voxels)):

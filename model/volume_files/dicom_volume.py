@@ -53,13 +53,14 @@ def read_stack(images: Sequence[Frame]) -> Grid:
         values[z] = plane
     units = {frame.units for frame in frames}
     said = _KINDS.get(first.file.text("PhotometricInterpretation"))
+    mm, declared = "mm" if first.spacing else "", "" if values.dtype == dtype else dtype.name
     grid = Grid(
         values,
         origin=first.position or (0.0, 0.0, 0.0),
         units=units.pop() if len(units) == 1 else "",
         notes=notes + ((said,) if said else ()),
         missing=missing,
-        facts=FileFacts("DICOM", "mm" if first.spacing else ""),
+        facts=FileFacts("DICOM", mm, declared_type=declared),
     )
     y, x = first.spacing if len(first.spacing) == 2 else (None, None)
     distance = None if step is None else float(np.linalg.norm([step, *shear]))

@@ -109,6 +109,7 @@ def test_a_plane_follows_the_mouse_to_where_it_would_be_drawn(state, canvas, han
 
 
 def test_a_plane_stops_a_voxel_before_its_opposite(state, canvas, handles):
+    assert handles._label((0, 0)) == "x: first voxel 1"
     start, end = pixel(handles, 0, 0), pixel(handles, 0, 1)
     drag(canvas, start, 2 * (end - start))
     assert state.crop.low[0] == pytest.approx(1 - 1 / 40)

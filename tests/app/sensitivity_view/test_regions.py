@@ -77,18 +77,19 @@ def test_a_lasso_and_several_regions(qtbot, window):
     assert regions_listed(window) == ["Whole image", "lung"]
     assert state.outline == Outline()
     # A click with the tool draws nothing.
-    QTest.keyClick(window, Qt.Key.Key_R)
+    state.set_tool("rectangle")
     QTest.mouseClick(canvas, Qt.MouseButton.LeftButton, pos=at(canvas, 0.5, 0.5))
     assert len(state.regions) == 1 and state.tool is None
     # A tool that is chosen in a drag waits for the next one; Escape ends what is drawn.
     for before, within in ((None, "rectangle"), ("lasso", None)):
         state.set_tool(before)
         QTest.mousePress(canvas, Qt.MouseButton.LeftButton, pos=at(canvas, 0.3, 0.3))
-        QTest.mouseMove(canvas, at(canvas, 0.5, 0.4))
+        end = at(canvas, 0.6, 0.6) if before is None else at(canvas, 0.3, 0.3) + QPoint(1, 1)
+        QTest.mouseMove(canvas, end)
         state.set_tool(within)
-        QTest.mouseMove(canvas, at(canvas, 0.6, 0.6))
-        QTest.mouseRelease(canvas, Qt.MouseButton.LeftButton, pos=at(canvas, 0.6, 0.6))
-        assert len(state.regions) == 1 and state.tool == within
+        QTest.mouseMove(canvas, end + QPoint(1, 1))
+        QTest.mouseRelease(canvas, Qt.MouseButton.LeftButton, pos=end)
+        assert len(state.regions) == 1 and state.tool == within and state.place is None
     # A region cannot be lost outside the image.
     state.add_region(Outline.rectangle(0.4, 0.4, 0.6, 0.6))
     state.change_region(Outline.rectangle(2.4, -3.4, 2.6, -3.2))

@@ -109,6 +109,10 @@ def test_a_drag_moves_the_cross_hair_of_all_slices_and_what_they_show_is_remembe
     assert window.sessions.session().content.settings.slices
     drag(front.viewport(), QPoint(60, 60), QPoint(90, 50), button=Qt.MouseButton.RightButton)
     window.slices.column.choices["overlay"].trigger()
+    # Over another range, the window is another one, too.
+    chosen = state(window).window
+    window.workspace.opening.show_over((110.0, 140.0), "linear")
+    qtbot.waitUntil(lambda: state(window).window != chosen)
     wanted = voxel(window), state(window).colors, pytest.approx(state(window).window)
     builders.volumes["other"] = Volume(make_volume().voxels[:, :3])
     open_volume(qtbot, window, "other")

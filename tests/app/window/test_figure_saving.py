@@ -63,9 +63,11 @@ def test_figures_are_saved_and_copied(qtbot, window, builders, tmp_path, monkeyp
     window.saving.ask()
     assert offered == [window.reference.canvas.pixels]
     window.status.say("")
+    chosen = window.preferences.settings.figure
     action(window, "Copy image").trigger()
     qtbot.waitUntil(lambda: window.status.news == "Copied.")
     assert QGuiApplication.clipboard().image().size().toTuple() == offered[0]
+    assert window.preferences.settings.figure == chosen
     assert "generator" not in window.saving.sizes()
 
 
