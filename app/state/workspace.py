@@ -134,8 +134,8 @@ class Workspace(QObject):
 
     def _make_way(self, choices: LatentChoices) -> None:
         """Have images wait for the browser's first pictures, which its opening asks for."""
-        if choices.shown and self.latent.session.different is None and self.opened is not None:
-            self._scheduler.make_way(True)
+        is_first = self.latent.session.different is None and self.opened is not None
+        self._scheduler.make_way(choices.shown and is_first)
 
     @property
     def _volume(self) -> Volume | None:
