@@ -16,6 +16,7 @@ LEAST_OPACITY = 0.005  # share of the TF's largest opacity from which values cou
 BAND = 0.25  # share of a band's largest opacity at which the band ends
 ALIKE = 0.98  # share of the connected voxels from which a band is not a separate piece
 LEAST_COUNT = 8  # voxels of a piece: two along each axis, as noise makes smaller ones
+NEAR = 2  # voxels from a point, along each axis, within which its piece begins
 LAST, TINY = TF_SAMPLES - 1, 1e-12
 MOST_VOXELS = 1 << 24  # most cells of the grid for the search; larger volumes are thinned
 
@@ -70,7 +71,9 @@ def pieces_at(volume: Volume, inputs: SceneInputs, place: NDArray[np.float64]) -
             for share, along in zip(normal, part[::-1], strict=True)
         )
         shown = shown & (x + y[:, None] + z[:, None, None] <= level)
-    seed = np.clip(np.rint(place[::-1] * last).astype(int), first, end) - first
+    at = np.rint(place[::-1] * last).astype(int)
+    seed = np.clip(at, first, end) - first
+    is_cut = abs(at - first - seed).max() > NEAR
     opacity = inputs.opacity_tf.sample(volume.scalar_range).astype(np.float64)
     opacity[opacity < max(LEAST_OPACITY * opacity.max(), TINY)] = 0
     steps = np.diff(np.concatenate([[0], (opacity > 0).astype(np.int8), [0]]))
@@ -84,8 +87,10 @@ def pieces_at(volume: Volume, inputs: SceneInputs, place: NDArray[np.float64]) -
         return Piece(Mask(volume.voxels.shape, packed), int(np.count_nonzero(inside)), band)
 
     visible = _of_values(voxels, runs, volume) & shown
-    low = np.maximum(seed - 2, 0)
-    near = np.argwhere(visible[tuple(map(slice, low, seed + 3))]) + low
+    low = np.maximum(seed - NEAR, 0)
+    near = np.argwhere(visible[tuple(map(slice, low, seed + NEAR + 1))]) + low
+    if is_cut or not (len(near) or np.broadcast_to(shown, visible.shape)[tuple(seed)]):
+        raise TfscopeError("This place is hidden or cut away; click something that is visible.")
     if not len(near):
         raise TfscopeError("The TF shows nothing here; click something that is visible.")
     near = near[np.argsort(((near - seed) ** 2).sum(axis=1), kind="stable")]

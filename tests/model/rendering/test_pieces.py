@@ -60,14 +60,15 @@ def test_alone_and_cut_leave_what_a_mask_leaves():
     assert not (second.left(cut, False).shown & both).any()
     with pytest.raises(TfscopeError, match="Nothing would be left"):
         first.left(cut, True)
-    # Of what a mask hides nothing is taken, nor where there is nothing.
-    for mask, place in ((cut, (4, 4, 4)), (None, (10, 10, 10))):
-        with pytest.raises(TfscopeError, match="The TF shows nothing here"):
-            pieces_at(volume(), inputs(mask=mask), at(*place))
-
-
-def test_a_crop_box_parts_pieces():
+    # Of what a mask or a crop box hides nothing is taken, nor where there is nothing.
     crop = CropBox((0.0, 0.0, 0.0), (1.0, 1.0, 5 / 19))
+    for others, place, said in (
+        ({"mask": cut}, (4, 4, 4), "cut away"),
+        ({"crop": crop}, (9, 4, 4), "cut away"),
+        ({}, (10, 10, 10), "The TF shows nothing here"),
+    ):
+        with pytest.raises(TfscopeError, match=said):
+            pieces_at(volume(), inputs(**others), at(*place))
     piece = pieces_at(volume(), inputs(crop=crop), at(4, 4, 7))[0]
     assert piece.count == 4 * 6 * 6
     assert not piece.voxels.shown[6:].any()
