@@ -214,6 +214,9 @@ class PlotArea(QObject):
         self._label_opacities()
         self._label_values()
         self.recolored.emit()
+        # Handles are painted from a cache.
+        for item in self.widget.scene().items():
+            item.update()
 
     def _fit_heights(self) -> None:
         """Fit the opacities between the strip and the headroom, and the rest with them."""

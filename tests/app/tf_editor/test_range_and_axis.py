@@ -6,13 +6,14 @@ from editor_events import LEFT, double_click, drag, pixel
 from hypothesis import example, given
 from hypothesis import strategies as st
 from mouse_events import wheel
-from PySide6.QtCore import QPointF, Qt
+from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtTest import QTest
 
 from app.number_box import MINUS
 from app.tf_editor.histogram import without_comb
 from app.tf_editor.plot_area import PlotData
 from app.tf_editor.unit_axis import OpacityScale, ScalarAxis, ticks
+from app.theme import DARK, LIGHT, apply_theme
 from model.scene.ranges import fit_to_range
 from model.scene.tf_editing import recolor_stop
 from model.scene.transfer_function import OpacityTF
@@ -26,6 +27,21 @@ def editor(open_editor):
     # One voxel far away, as of a piece of metal.
     counts, edges = np.array([100, 800, 99, 1]), np.array([100.0, 120.0, 180.0, 200.0, 300.0])
     return open_editor(PlotData(counts, edges, (100.0, 300.0), "K"))
+
+
+def test_what_is_painted_from_a_cache_takes_another_theme(qapp, editor):
+    grip = pixel(editor, 200.0, 1.0 + editor.area.headroom) + QPoint(3, 5)
+
+    def ink():
+        return editor.area.widget.grab().toImage().pixelColor(grip).name()
+
+    try:
+        apply_theme(qapp, "dark")
+        assert ink() == DARK.dim
+        apply_theme(qapp, "light")
+        assert ink() == LIGHT.dim
+    finally:
+        apply_theme(qapp, "dark")
 
 
 def test_with_ctrl_a_dragged_line_cuts_the_tf_from_before_the_drag(editor, state):
