@@ -29,6 +29,7 @@ class CaptionButton(QToolButton):
         self._on_image = on_image
         self.title = self.detail = ""
         self.tone: Tone = "dim"  # colour of the detail
+        self.titles: tuple[str, ...] = ()  # titles for which there is always room
         self._folds = False
         self.setFixedHeight(HEIGHT)
         self.setSizePolicy(QSizePolicy.Policy.Maximum, QSizePolicy.Policy.Fixed)
@@ -66,7 +67,7 @@ class CaptionButton(QToolButton):
 
     def sizeHint(self) -> QSize:
         """Return the size of the whole text."""
-        width = 2 * PADDING + self._width_of(self.title, True)
+        width = 2 * PADDING + max(self._width_of(each, True) for each in (self.title, *self.titles))
         if self.detail and not self._folds:
             width += GAP + self._width_of(self.detail)
         if self.menu() is not None:

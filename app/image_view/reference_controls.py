@@ -20,7 +20,7 @@ from model.rendering.path_tracing import denoising
 from model.scene.scene import RENDERER_NAMES, LightDirection, LightRange
 
 LIGHTINGS = {
-    "auto": "Automatic: the model's light, or soft unless it is slow",
+    "auto": "Automatic: soft if fast enough; with a model, the model's light",
     "none": "None",
     "direct": "Direct: shaded surfaces",
     "soft": "Soft: shadows and ambient light",
@@ -93,6 +93,7 @@ class ReferenceControls(QObject):
         self._work = work
         self.ball = LightBall(state)
         self.light = CaptionButton()
+        self.light.titles = ("Path traced",)  # the longest: the menu keeps its place
         menu = self.light.add_menu()
         lights = {choice: (text, "") for choice, text in LIGHTINGS.items()}
         self._lights = add_choices(

@@ -330,6 +330,7 @@ PIECE_TIP = (
     "Show only what is connected to this place (I), or all but that (X); Ctrl+Z takes it back"
 )
 EDGE = 4  # least distance from the canvas's edges, in pixels
+ROW = "<tr><td>{}</td><td align='right' style='padding-left: 12px'>{}</td>{}</tr>"
 
 
 class PlaceLabel(Card):
@@ -378,10 +379,7 @@ class PlaceLabel(Card):
                 (asker.state.range_text(one.reach), f"{percent} %")
                 for one, percent in zip(found, percentages(found), strict=True)
             ]
-        rows = "".join(
-            f"<tr><td>{values}</td><td align='right' style='padding-left: 12px'>{part}</td></tr>"
-            for values, part in ((escape(text), part) for text, part in lines)
-        )
+        rows = "".join(ROW.format(escape(text), part, "") for text, part in lines)
         # The link stays below values that are still to come, so that it does not move.
         pieces = "".join(map(self._row_of, self._finder.pieces, "01")) if asker.pick else ""
         nothing = "Nothing visible here" if asker.pick else asker.waiting
@@ -396,15 +394,13 @@ class PlaceLabel(Card):
 
     def _row_of(self, piece: Piece, number: str) -> str:
         band = piece.values
-        what = "Piece" if band is None else f"Piece of {self._asker.state.range_text(band)}"
+        values = "voxels" if band is None else self._asker.state.range_text(band)
         does = " · ".join(
             f"<a href='{action}{number}' style='color: {theme.ON_IMAGE.change}'>{text}</a>"
             for action, text in (("a", "isolate"), ("c", "cut away"))
         )
-        return (
-            f"<tr><td>{escape(what)}</td><td align='right' style='padding-left: 12px'>"
-            f"{self._finder.space_of(piece)}</td><td style='padding-left: 12px'>{does}</td></tr>"
-        )
+        links = f"<td style='padding-left: 12px'>{does}</td>"
+        return ROW.format(f"Connected {escape(values)}", self._finder.space_of(piece), links)
 
     def _take(self, link: str) -> None:
         self._finder.take(int(link[1:]), alone=link[0] == "a")

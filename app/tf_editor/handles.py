@@ -207,7 +207,7 @@ class Selection(QObject):
         self.select(self.kind)
 
     def fit(self, transfer_function: TransferFunction) -> None:
-        """Remove handles that no longer exist; select one that was added."""
+        """Remove handles that no longer exist, or are another TF's; select one that was added."""
         opacity, color = transfer_function.opacity, transfer_function.color
         handles: tuple[object, ...] = opacity.points or opacity.modes
         known, self._known = self._known, handles
@@ -222,7 +222,8 @@ class Selection(QObject):
         if self._before is not None and not added and present == ("opacity", gone):
             (kind, wanted), self._before = self._before, None
         count = len(handles) if kind == "opacity" else len(color.stops)
-        left = tuple(index for index in wanted if index < count)
+        is_other = kind == "opacity" and known and abs(len(handles) - len(known)) > 1
+        left = () if is_other else tuple(index for index in wanted if index < count)
         keeps_flank = not opacity.points and (kind, left) == present
         self._change(kind, left, self.flank if keeps_flank else None)
 

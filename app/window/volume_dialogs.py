@@ -247,10 +247,10 @@ class PropertiesDialog(QDialog):
         self._before = self.spacing.text(), self.stretch.text()
         for name, text in self.rows:
             if name == "spacing":
-                parts = self.stretch, QLabel("times as long"), self.apply
+                parts = self.stretch, QLabel("times"), self.apply
                 line = fill(QHBoxLayout(), *parts, spacing=8)
                 rows.addRow("Spacing", self.spacing)
-                rows.addRow("z is drawn", line)
+                rows.addRow("Stretch z by", line)
                 rows.addRow(self.problem)
             if name in ("spacing", "z is drawn"):
                 continue

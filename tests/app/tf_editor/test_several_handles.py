@@ -142,3 +142,7 @@ def test_a_handle_that_was_added_elsewhere_is_selected_until_it_is_undone(qtbot)
     selection.select("color", 0)
     selection.fit(replace(before, opacity=OpacityTF((0.0, 1.0), points=((0.0, 0.1), (1.0, 0.2)))))
     assert selection.index("color") == 0
+    # Nor has it the handle that was selected.
+    selection.select("opacity", 1)
+    selection.fit(make_tf(110.0, 120.0, 130.0, 140.0))
+    assert selection.current is None
