@@ -243,7 +243,7 @@ class Menus:
         contents = "Other &volumes in this file…"
         has_others = self._if_opened(lambda opened: opened.volume.file.contents)
         self._add(menu, contents, files.ask_for_content, is_there=has_others)
-        self._add(menu, "P&roperties…", files.show_properties, "Ctrl+I", is_there=self._if_opened())
+        self._add(menu, "&Properties…", files.show_properties, "Ctrl+I", is_there=self._if_opened())
         menu.addSeparator()
         open_tf = partial(files.ask, "Open TF", TF_FILTER, files.open_transfer_function)
         self._add(menu, "Open &TF…", open_tf, "Ctrl+T")
@@ -296,7 +296,7 @@ class Menus:
             window.crop_card.set_shown(True)  # with the keys that move the plane
 
         self._add(menu, "&Reset view", state.reset_view, "Ctrl+0")
-        self._add(menu, "Zoom to f&it", state.view_whole, "Ctrl+9")
+        self._add(menu, "&Zoom to fit", state.view_whole, "Ctrl+9")
         sides = menu.addMenu("Fr&om")
         for number, name in enumerate(STANDARD_VIEWS, start=1):
             self._add(sides, name, partial(state.look_from, name), f"Ctrl+{number}")
@@ -310,7 +310,7 @@ class Menus:
             "Ctrl+Shift+T", is_on=lambda: state.trackball,
         )  # fmt: skip
         self._add(
-            menu, "&Orthographic",
+            menu, "Ort&hographic",
             lambda: state.set_orthographic(not state.view.is_orthographic),
             "O", is_on=lambda: state.view.is_orthographic,
         )  # fmt: skip
@@ -336,12 +336,12 @@ class Menus:
             is_on=lambda: state.interpolates,
         )  # fmt: skip
         self._add(
-            menu, "Draw &missing voxels",
+            menu, "&Draw missing voxels",
             lambda: workspace.opening.draw_missing(not draws_missing()),
             is_on=draws_missing, is_there=has_missing,
         )  # fmt: skip
         slices = window.slices
-        self._add(menu, "S&lices", slices.toggle, "S", is_on=lambda: slices.is_shown)
+        self._add(menu, "Sli&ces", slices.toggle, "S", is_on=lambda: slices.is_shown)
         for overlay, text, keys in OVERLAYS:
             toggle, has = partial(overlays.toggle, overlay), partial(overlays.has, overlay)
             self._add(menu, text, toggle, keys, is_on=has)
