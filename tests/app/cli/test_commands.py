@@ -173,9 +173,6 @@ def test_evaluate_compares_with_the_nearest_neighbour(trained, raw_file, tmp_pat
     assert run([*arguments.split(), "--json", str(out)]) == 0
     result = json.loads(out.read_text())
     assert result["count"] == result["nearest_neighbor"]["count"] == 6
-    for part in (result, result["nearest_neighbor"]):
-        for measure in ("rmse", "emd", "ssim"):
-            assert set(part[measure]) == {"mean", "median", "p95", "interval"}
     assert f"{result['rmse']['mean']:.4f}" in capsys.readouterr().out
     assert result["sensitivity_agreement"]["count"] == 5
     recorded = load_card(copied).metrics
@@ -252,7 +249,6 @@ BAD_INPUT = [
     ("--size 10x10", "not a size of the window"),
     ("--lighting none --light 0,0", "no light to move"),
     ("--sepia", "--sepia"),
-    ("paint", "neither a command"),
     ("dataset --count 5 --window 1 --out x", "not a scalar window"),
     ("dataset --count 99999999999 --out x", "--count"),
     ("dataset --count 5 --out x --scheduler tcp://a:1 --workers 2", "--workers or --scheduler"),

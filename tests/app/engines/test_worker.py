@@ -238,8 +238,10 @@ class Spy:
         self.states = []
         self.results = []
         self.client.stateChanged.connect(self.states.append)
-        self.seen = Channel(self.client, "visibility", self.client)
-        for channel in (self.client.images, self.seen):
+        self.seen, self.other = (
+            Channel(self.client, name, self.client) for name in ("visibility", "other")
+        )
+        for channel in (self.client.images, self.seen, self.other):
             channel.answered.connect(self.results.append)
 
 
@@ -249,6 +251,20 @@ def spy(qtbot):
     yield spy
     spy.client.stop()
     spy.client.join()
+
+
+@pytest.fixture
+def gated(qtbot, spy):
+    """The spied client's engine, which waits in each image."""
+    engine = FakeEngine(gate=threading.Semaphore(0))
+    act_until(qtbot, spy.client.engineReady, spy.client.start, lambda: engine, "Loading …")
+    yield engine
+    engine.gate.release(10)
+
+
+def ask(channel):
+    image = make_request(0)
+    return channel.ask(requests.ImageRequest(image.inputs, image.quality))
 
 
 def test_an_engine_draws_before_it_answers(qtbot, spy):
@@ -301,83 +317,48 @@ def test_errors_are_a_state_with_its_sentence_until_the_next_image(qtbot, spy):
     assert spy.client.error == "model: the folder is missing."
 
 
-def test_an_older_images_error_says_nothing_about_the_newest(qtbot, spy):
-    gate = threading.Semaphore(0)
-    engine = FakeEngine(gate=gate)
-    act_until(qtbot, spy.client.engineReady, spy.client.start, lambda: engine, "Loading …")
-    engine.error = RenderError("Too coarse.")
+def test_an_older_images_error_says_nothing_about_the_newest(qtbot, spy, gated):
+    gated.error = RenderError("Too coarse.")
     spy.client.submit(make_request(1, live=True))
-    assert engine.started.acquire(timeout=PATIENCE_S)
+    assert gated.started.acquire(timeout=PATIENCE_S)
     spy.client.submit(make_request(2))
-    gate.release()
-    assert engine.started.acquire(timeout=PATIENCE_S)
-    engine.error = None
-    act_until(qtbot, spy.client.settled, gate.release)
+    gated.gate.release()
+    assert gated.started.acquire(timeout=PATIENCE_S)
+    gated.error = None
+    act_until(qtbot, spy.client.settled, gated.gate.release)
     assert EngineState.FAILED not in spy.states
 
 
-class Asking:
-    """A client whose engine waits in each image, two channels to it, and their answers."""
-
-    def __init__(self, qtbot):
-        self.client = EngineClient("test")
-        self.engine = FakeEngine(gate=threading.Semaphore(0))
-        self.one, self.other = (Channel(self.client, name, self.client) for name in ("one", "two"))
-        self.heard = {self.one: [], self.other: []}
-        for channel, heard in self.heard.items():
-            channel.answered.connect(heard.append)
-        with qtbot.waitSignal(self.client.engineReady):
-            self.client.start(lambda: self.engine, "Loading …")
-
-    def ask(self, channel):
-        image = make_request(0)
-        return channel.ask(requests.ImageRequest(image.inputs, image.quality))
-
-    def begin(self, channel):
-        asked = self.ask(channel)
-        assert self.engine.started.acquire(timeout=PATIENCE_S)
-        return asked
-
-    def let_draw(self):
-        self.engine.gate.release(10)
-
-
-@pytest.fixture
-def asking(qtbot):
-    asking = Asking(qtbot)
-    yield asking
-    asking.let_draw()
-    asking.client.stop()
-    asking.client.join()
-
-
-def test_an_answer_goes_to_its_asker_alone(qtbot, asking):
-    first, second = asking.ask(asking.one), asking.ask(asking.other)
-    assert 0 < first.sequence < second.sequence
-    assert asking.one.is_pending and asking.other.is_pending
-    asking.let_draw()
-    qtbot.waitUntil(lambda: bool(asking.heard[asking.one] and asking.heard[asking.other]))
-    assert [result.request for result in asking.heard[asking.one]] == [first]
-    assert [result.request.channel for result in asking.heard[asking.other]] == ["two"]
-    assert not asking.one.is_pending and not asking.other.is_pending
+def test_an_answer_goes_to_its_asker_alone(qtbot, spy, gated):
+    asked = ask(spy.seen), ask(spy.other)
+    assert 0 < asked[0].sequence < asked[1].sequence
+    assert spy.seen.is_pending and spy.other.is_pending
+    heard = [], []
+    for channel, answers in zip((spy.seen, spy.other), heard, strict=True):
+        channel.answered.connect(answers.append)
+    gated.gate.release(10)
+    qtbot.waitUntil(lambda: all(heard))
+    assert [[result.request for result in answers] for answers in heard] == [[a] for a in asked]
+    assert not spy.seen.is_pending and not spy.other.is_pending
     # The engine's own images are nobody else's.
-    assert asking.client.state.name == "LOADING"
+    assert spy.client.state is EngineState.LOADING
 
 
-def test_what_is_called_off_or_of_an_engine_that_ended_is_not_answered(qtbot, asking):
-    asking.begin(asking.one)
-    asking.one.cancel()
-    assert not asking.one.is_pending
-    asking.ask(asking.other)
-    asking.let_draw()
-    qtbot.waitUntil(lambda: bool(asking.heard[asking.other]))
-    assert not asking.heard[asking.one]
+def test_what_is_called_off_or_of_an_engine_that_ended_is_not_answered(qtbot, spy, gated):
+    ask(spy.seen)
+    assert gated.started.acquire(timeout=PATIENCE_S)
+    spy.seen.cancel()
+    assert not spy.seen.is_pending
+    ask(spy.other)
+    gated.gate.release(10)
+    qtbot.waitUntil(lambda: bool(spy.results))
     # What is asked from then on is.
-    asking.ask(asking.one)
-    qtbot.waitUntil(lambda: bool(asking.heard[asking.one]))
+    ask(spy.seen)
+    qtbot.waitUntil(lambda: len(spy.results) == 2)
+    assert [result.request.channel for result in spy.results] == ["other", "visibility"]
     # Once the engine ends, nothing is pending or accepted any more.
-    asking.ask(asking.one)
-    asking.client.stop()
-    assert not asking.one.is_pending
-    asking.ask(asking.one)
-    assert not asking.one.is_pending
+    ask(spy.seen)
+    spy.client.stop()
+    assert not spy.seen.is_pending
+    ask(spy.seen)
+    assert not spy.seen.is_pending

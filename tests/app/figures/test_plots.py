@@ -9,16 +9,13 @@ COLORS = np.zeros((256, 3))
 VALUES = np.linspace(-100, 300, 256)
 
 
-def curves(plot):
-    return [item for item in plot.items if isinstance(item, pg.PlotDataItem)]
-
-
 @pytest.mark.parametrize("largest", [3.9e-4, 0.02, 0.5, 7.0])
 def test_numbers_of_the_right_axis_are_those_of_the_sensitivity(largest):
     responses = largest * np.sin(np.linspace(0, 9, 256))
     content = plots.TFPlot("t", (-100, 300), np.zeros(256), COLORS, responses=responses)
     plot = plots.Page("t", [400], [250]).tf(0, 0, content)
-    (drawn,) = (c for c in curves(plot) if np.nanmax(np.abs(c.yData)) > 0)
+    curves = [item for item in plot.items if isinstance(item, pg.PlotDataItem)]
+    (drawn,) = (c for c in curves if np.nanmax(np.abs(c.yData)) > 0)
     np.testing.assert_array_equal(drawn.xData, VALUES)
     (ticks,) = plot.getAxis("right")._tickLevels
     assert plots.RESPONSES_PER_AXIS / 2 <= len(ticks) <= 2 * plots.RESPONSES_PER_AXIS

@@ -103,19 +103,15 @@ def test_the_browser_takes_the_place_of_the_generator(qtbot, make_window, builde
 
 def test_the_grid_shows_the_mean_of_each_cell(window, builders, places):
     grid = window.workspace.latent.grid
-    latent_map = window.workspace.latent.session.map
-    for cell, tf in enumerate(grid.tfs):
-        row, column = divmod(cell, 4)
-        left, lower, right, upper = window.latent_state.brush
-        x0, x1 = (left + (right - left) * (column + i) / 4 for i in (0, 1))
-        y0, y1 = (upper - (upper - lower) * (row + i) / 4 for i in (1, 0))
-        x, y = latent_map.places.T
-        inside = (x >= x0) & (x < x1) & (y >= y0) & (y < y1)
-        assert (tf is None) == (not inside.any())
+    session = window.workspace.latent.session
+    means = session.map.cells(window.latent_state.brush)
+    for tf, count, code in zip(
+        grid.tfs, means.count.ravel(), means.codes.reshape(16, 1, -1), strict=True
+    ):
+        assert (tf is None) == (count == 0)
         if tf is not None:
-            code = latent_map.codes[inside].mean(axis=0, keepdims=True)
-            frame = window.workspace.latent.session.space.frame
-            assert frame.opacities(tf) == pytest.approx(ToyCodec().decode(code)[0], abs=0.02)
+            opacities = session.space.frame.opacities(tf)
+            assert opacities == pytest.approx(ToyCodec().decode(code)[0], abs=0.02)
     # All of them in one request.
     request = [r for r in builders.analysts[-1].others if r.channel == "grid"][-1]
     asked = [request.inputs, *request.more]

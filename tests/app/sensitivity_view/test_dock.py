@@ -6,8 +6,6 @@ from PySide6.QtWidgets import QApplication, QTableWidget
 
 from model.scene.region import Outline
 
-LEFT = Qt.MouseButton.LeftButton
-
 
 def resize(qtbot, window, width, height):
     window.resize(width, height)

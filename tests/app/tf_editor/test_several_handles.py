@@ -11,7 +11,7 @@ from app.tf_editor.handles import Selection
 from model.scene.tf_editing import add_opacity_handle
 from model.scene.transfer_function import ColorTF, OpacityTF
 
-SHIFT, CTRL = Qt.KeyboardModifier.ShiftModifier, Qt.KeyboardModifier.ControlModifier
+SHIFT = Qt.KeyboardModifier.ShiftModifier
 STOPS = ((100.0, 0, 0, 0), (130.0, 1, 0, 0), (150.0, 0, 1, 0), (170.0, 0, 0, 1), (200.0, 1, 1, 1))
 
 

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from mouse_events import action, at, drag
 from PySide6.QtCore import QPoint, QPointF, Qt
-from PySide6.QtGui import QAction
 from PySide6.QtTest import QTest
 
 from app.image_view.engine_pane import OUTSIDE
@@ -16,11 +15,6 @@ from model.scene.transfer_function import OpacityTF
 from model.scene.view import View
 
 
-def with_keys(window, keys):
-    (found,) = [a for a in window.findChildren(QAction) if a.shortcut().toString() == keys]
-    return found
-
-
 def grays(picture):
     pixels = ((x, y) for x in range(picture.width()) for y in range(picture.height()))
     return {picture.pixelColor(x, y).value() for x, y in pixels}
@@ -29,7 +23,7 @@ def grays(picture):
 def test_opacity_images_lie_in_the_corner(make_window, builders):
     builders.draws_codes = True
     window = make_window()
-    opacity = with_keys(window, "Shift+O")
+    opacity = action(window, "Opacity image")
     generator, reference, _ = window.overlays.insets
     assert not opacity.isChecked() and generator.picture is None
     before = window.generator.canvas.grab().toImage()

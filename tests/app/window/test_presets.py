@@ -1,4 +1,5 @@
 from pathlib import Path
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -77,15 +78,11 @@ def test_the_users_own_presets_are_kept_replaced_and_removed(make_window, tmp_pa
     assert menu.listed()[-1].tf == make_tf(140.0)
     removal = entries["Remove preset"].menu()
     with monkeypatch.context() as patch:
-        patch.setattr(Path, "unlink", refuse)
+        patch.setattr(Path, "unlink", Mock(side_effect=OSError(16, "busy")))
         removal.actions()[0].trigger()
     assert "Skull_ thin.json: the preset cannot be removed (busy)" in window.notice.text
     removal.actions()[0].trigger()
     assert names() == shipped
-
-
-def refuse(*_, **__):
-    raise OSError(16, "busy")
 
 
 WIDE, NARROW = (0.0, 65535.0), (29_900.0, 30_200.0)

@@ -91,11 +91,6 @@ def by_raycaster(volume):
     return image
 
 
-def break_shader(renderer):
-    actor = renderer._renderer.GetVolumes().GetItemAsObject(0)
-    actor.GetShaderProperty().AddFragmentShaderReplacement("g_skip = false;", False, "no(;", True)
-
-
 # VTK prints what it reports, too.
 def test_a_volume_longer_than_the_drivers_textures(capfd):
     volume = noise(70_000)
@@ -113,7 +108,8 @@ def test_a_volume_longer_than_the_drivers_textures(capfd):
 
 def test_a_shader_that_does_not_compile(capfd):
     vtk = VtkRenderer(noise())
-    break_shader(vtk)
+    shader = vtk._renderer.GetVolumes().GetItemAsObject(0).GetShaderProperty()
+    shader.AddFragmentShaderReplacement("g_skip = false;", False, "no(;", True)
     with pytest.raises(CannotDrawError, match="compile"):
         vtk.render(FAINT, 24)
     vtk.close()

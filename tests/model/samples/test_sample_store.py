@@ -107,16 +107,13 @@ def chunk_files(path, split="train", name="rgba"):
     return sorted(file for file in (path / split / name / "c").rglob("*") if file.is_file())
 
 
-def flip_a_bit(file):
-    data = bytearray(file.read_bytes())
-    data[len(data) // 2] ^= 4
-    file.write_bytes(data)
-
-
 def test_damaged_chunks_are_found_and_rendered_again(store, volume, tmp_path):
     path = copied(store, tmp_path / "damaged.zarr")
     chunk_files(path)[1].unlink()
-    flip_a_bit(chunk_files(path, name="view")[0])
+    flipped = chunk_files(path, name="view")[0]
+    data = bytearray(flipped.read_bytes())
+    data[len(data) // 2] ^= 4
+    flipped.write_bytes(data)
     damaged = SampleStore(path)
     # Other damage than a lack is found where it is read.
     assert damaged.missing_samples() == BLOCK

@@ -267,13 +267,9 @@ def test_the_default_follows_the_units_of_the_data(limits):
     assert places == pytest.approx(unit, abs=0.01)
 
 
-def blob():
-    radius = np.linalg.norm(np.indices((48, 48, 48)) - 23.5, axis=0)
-    return np.exp(-((radius / 8) ** 2)), radius
-
-
 def test_smoke_stays_translucent_and_a_body_of_the_same_size_does_not():
-    puff, radius = blob()
+    radius = np.linalg.norm(np.indices((48, 48, 48)) - 23.5, axis=0)
+    puff = np.exp(-((radius / 8) ** 2))
     body = np.where(radius < 14, 0.6, 0.0) + np.random.default_rng(0).normal(0, 0.02, radius.shape)
     rays = {}
     for smoke, values in ((True, puff), (False, body)):

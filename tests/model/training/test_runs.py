@@ -1,6 +1,7 @@
 import csv
 import itertools
 import json
+import math
 from dataclasses import asdict, replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -254,6 +255,8 @@ FULL = TrainingJob(
 
 @pytest.mark.parametrize(("change", "message"), [
     ({"minutes": None}, "minutes or in samples"), ({"minutes": -1.0}, "not positive"),
+    ({"minutes": math.nan}, "not positive"), ({"minutes": math.inf}, "not positive"),
+    ({"samples": 5}, "either"),
     ({"settings": ("nonsense=1",)}, "no 'nonsense'"),
     ({"lighting": "none"}, "no light to move"),
     ({"start": Path("runs/a")}, "write over the model"),

@@ -191,17 +191,13 @@ def rle(plane):
     )
 
 
-def jpeg_2000(plane):
-    return imagecodecs.jpeg2k_encode(plane, codecformat="j2k", reversible=True, level=0)
-
-
 LARGE = np.zeros((2000, 2000), np.uint16)
 SYNTAX = "1.2.840.10008.1.2"
 ENCODERS = {
     "5": rle,
     "4.70": imagecodecs.ljpeg_encode,
     "4.80": imagecodecs.jpegls_encode,
-    "4.90": jpeg_2000,
+    "4.90": partial(imagecodecs.jpeg2k_encode, codecformat="j2k", reversible=True, level=0),
 }
 
 

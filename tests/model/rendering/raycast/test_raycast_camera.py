@@ -9,7 +9,6 @@ import pytest
 from model.compilation import compiled
 from model.rendering.raycast.cells import FARTHEST, MinMaxCells
 from model.rendering.raycast.rays import make_ray
-from model.rendering.raycast.renderer import RaycastRenderer
 from model.scene.clip_plane import CUTS_NOTHING
 
 
@@ -24,11 +23,6 @@ def straight_camera(eye, axis, sign, shape):
     forward[axis], right[axis - 1], up[axis - 2] = sign, 0.25, 0.25
     everything = [0.0, 1.0, 0.0, 1.0, 0.0, 0.0, 0.0, *(np.array(shape) - 1), *CUTS_NOTHING]
     return np.concatenate([eye, forward, right, up, [0.0, 0.25**2], everything, np.zeros(6)])
-
-
-@pytest.fixture(scope="module")
-def renderer(volume):
-    return RaycastRenderer(volume, threads=1)
 
 
 @pytest.mark.parametrize("axis", [0, 1, 2])

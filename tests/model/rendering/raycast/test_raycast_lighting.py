@@ -35,10 +35,6 @@ def towards(light, view):
     return math.cos(elevation) * level + math.sin(elevation) * up
 
 
-def homogeneous():
-    return slab((33, 33, 33))
-
-
 # Gradient shading
 
 
@@ -104,7 +100,7 @@ def cast(executor, monkeypatch):
 @pytest.mark.parametrize("opacity", [0.03, 0.2])
 def test_light_fades_by_its_way_through_the_volume(azimuth, elevation, blur, opacity, cast):
     light = LightDirection(azimuth, elevation)
-    received = cast(homogeneous(), constant(opacity), View(), light)
+    received = cast(slab((33, 33, 33)), constant(opacity), View(), light)
     z, y, x = np.mgrid[0:33, 0:33, 0:33].astype(np.float64)
     # Back to where the light enters: half a voxel outside of the first and last ones.
     way = np.full(x.shape, np.inf)
@@ -153,14 +149,6 @@ def test_the_reference_has_the_opacity_of_a_slab(opacity):
         image = reference_light.picture(Volume(field()), inputs, 1, distance)
         exact = -math.expm1(19 * math.log1p(-float(np.float32(opacity))))
         assert image[0, 0, 3] == pytest.approx(exact, rel=1e-12)
-
-
-def test_the_references_derivative_is_that_of_a_slab():
-    """All bins together, by the opacity a: 19 (1 - a)^18."""
-    inputs = SceneInputs(View(), even(0.1), UNIT_WHITE)
-    volume, edit = Volume(field()), np.ones(256)
-    _, change = reference_light.derivative(volume, inputs, 1, 0.5, "none", edit)
-    assert change[0, 0, 3] == pytest.approx(19 * (1 - float(np.float32(0.1))) ** 18, rel=1e-9)
 
 
 @pytest.mark.parametrize("lighting", ["none", "direct", "soft"])
