@@ -146,15 +146,13 @@ class FigureSaving(QObject):
         """Ask what to show, how and where, and save or copy it; or copy it as shown."""
         sizes, first = self.sizes(), self.first_choice()
         if self.unfinished or not sizes:
-            none_yet = "There is no image to save yet. Wait until one is shown."
-            running = f"{self.unfinished}. Wait for it, or cancel it."
-            self._context.fail(running if self.unfinished else none_yet, KEY)
+            running = self.unfinished and f"{self.unfinished}. Wait for it, or cancel it."
+            self._context.fail(running or "There is no image to save yet; wait for one.", KEY)
             return
         if copies:
             which = first.which if first.which in sizes else next(iter(sizes))
             width, height = sizes[which]
-            shown = replace(first, which=which, width=width, height=height, seconds=0.0)
-            self._draw(shown, None)
+            self._draw(replace(first, which=which, width=width, height=height, seconds=0.0), None)
             return
         dialog = FigureDialog(sizes, first, self._context.window)
         for name, pane in self._panes.items():
@@ -236,11 +234,11 @@ class FigureSaving(QObject):
         job = self._job = self._new_job(choice, place, frames)
         if choice.which == "difference":
             # From the images as shown, so that the figure has the numbers of the screen.
-            if not self._compared():
-                self._fail("There is no difference to save yet. Wait until both images are final.")
-                return
             job.images = self._compared()
-            self._compose(job)
+            if job.images:
+                self._compose(job)
+            else:
+                self._fail("There is no difference to save yet. Wait until both images are final.")
             return
         what = f"Drawing {choice.width} × {choice.height} pixels …"
         if choice.seconds and place is not None:
