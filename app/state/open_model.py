@@ -55,6 +55,7 @@ class OpenModel:
         # Whether one path-traced sample, denoised, replaces the model's image because the model
         # knows another light; or will, once the path tracer's kernels are compiled.
         self.draws_path = self.awaits_path = False
+        self.came_unseen = False  # whether it opened with a volume in path-traced light
         self._path_scene: tuple[Volume, ReferenceSettings] | None = None
         self._promised: Scene | None = None
         self._is_held = False
@@ -83,7 +84,7 @@ class OpenModel:
         self.scene, self._promised = None, promised
         self.draws_codes = False
         self.folder = folder
-        self._is_held = folder is not None
+        self._is_held, self.came_unseen = folder is not None, False
         if folder is None:
             self._client.stop()
             self._client.pause(NO_MODEL)
@@ -106,6 +107,7 @@ class OpenModel:
         """Show one denoised sample where the reference is path traced."""
         wanted, has_waited = self._path_of(settings), self.awaits_path
         self.awaits_path = wanted is None and self._path_of(coming) is not None
+        self.came_unseen |= self.awaits_path and self._is_held
         if wanted != self._path_scene:
             self._path_scene, self.draws_path = wanted, wanted is not None
             self.draws_codes = False

@@ -291,8 +291,8 @@ class MainWindow(WindowParts):
     def _show_model(self) -> None:
         """Make room for the generator's image, or give its room to the reference."""
         model = self.workspace.model
-        # One image is enough until they differ.
-        self.panes.is_surrogate = model.draws_path
+        # One image is enough until they differ, or the model is asked for.
+        self.panes.is_surrogate = model.draws_path or model.came_unseen
         self.panes.has_model = model.folder is not None and not model.awaits_path
         self.generator.set_drawer(model.drawer, model.errors)
         self.generator.set_light(LIGHTS[model.lighting])

@@ -177,6 +177,9 @@ def test_one_image_is_shown_until_the_path_tracer_can_draw(
     work.choose(lighting="none")
     qtbot.waitUntil(lambda: len(builders.generators) == 1, timeout=1000 * PATIENCE_S)
     assert window.generator.isVisible()
+    # Unasked, the model stays out of sight as before.
+    window.panes.is_asked = False
+    assert not window.generator.isVisible()
 
 
 def test_where_vtk_cannot_draw_the_window_says_how_long_the_first_kernel_takes(
