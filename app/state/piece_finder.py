@@ -18,7 +18,7 @@ from model.scene.view import from_middle
 from model.scene.volume import Triple, Volume
 
 SEEKING = "The search for what is connected to this place is still running."
-NO_PIECE = "No piece is chosen. Click one in an image or a slice first."
+NO_PIECE = "Click in an image or a slice first, to choose the connected voxels there."
 
 
 class PieceFinder(QObject):
@@ -70,7 +70,8 @@ class PieceFinder(QObject):
         except TfscopeError as error:
             self._say(str(error))
             return
-        self._state.mask_input.set(mask, "isolate piece" if alone else "cut piece away")
+        name = "isolate connected voxels" if alone else "cut connected voxels away"
+        self._state.mask_input.set(mask, name)
         what = f"piece of {self.space_of(piece)}"
         said = f"Only this {what} is shown." if alone else f"A {what} is cut away."
         back = "Undo or Edit > Show all voxels shows everything again."

@@ -322,12 +322,6 @@ class HandleMoves:
             name = handle_name(opacity) if kind == "opacity" else "colour stop"
             self.state.tf_input.set(after, f"remove {name}" + ("s" if len(indices) > 1 else ""))
 
-    def select_strongest(self) -> None:
-        """Select the most opaque mode or point."""
-        handles = edits.opacity_handles(self.tf.opacity)
-        if handles:
-            self.selection.select("opacity", max(range(len(handles)), key=lambda i: handles[i][1]))
-
     def with_opacity(self, before: TransferFunction, opacity: OpacityTF) -> TransferFunction:
         """Return a TF with moved modes and, if wanted, their colour stops."""
         if self.colors_follow:

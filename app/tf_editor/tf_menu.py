@@ -389,7 +389,7 @@ class TransferFunctionMenu(QObject):
     def _set(self, tf: TransferFunction, text: str) -> None:
         if tf != self._state.transfer_function:
             self._state.tf_input.set(tf, text)
-            self._moves.select_strongest()
+            self._moves.selection.clear()
 
 
 def _menu_button(name: str, text: str, tip: str) -> QToolButton:

@@ -201,7 +201,7 @@ class FigureDialog(QDialog):
     def _show_result(self) -> None:
         width, height = self.width_box.value(), self.height_box.value()
         need = readable_size(width * height * BYTES_PER_PIXEL)
-        self._memory.setText(f"{short(width * height / 1e6)} megapixels, {need} of memory")
+        self._memory.setText(f"{short(width * height / 1e6)} megapixels, needs {need} of memory")
         self.preview(self.choice())
 
     def _set_present(self, _row: int = 0) -> None:

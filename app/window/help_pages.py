@@ -38,7 +38,7 @@ Drag | move the cross-hair | Drag | cross-hair
 Double click | this slice alone, or all three | Double click | large
 Ctrl and wheel; middle drag; Home | zoom; pan; all of the slice
 Right drag | window and level of grey | Right drag | grey
-I; X | this piece alone; cut it away | I | isolate piece
+I; X | show the connected voxels alone; cut them away | I | isolate
 Rest the mouse on a voxel | where is its value visible? | Rest | where visible
 Click in an image, then up and down | go through what shows there | ↑ ↓ | along the ray
 # Drawing a region
@@ -73,6 +73,10 @@ F2 | type the numbers of the selection; Tab goes on | F2 | numbers
 Add in a row | add that mode to the TF | Add | add a mode
 Hold W | what would a mode at the value under the mouse change?
 F8, or Escape | close the panel | F8 | close
+# Pictures of TFs (B)
+Click a picture | take its TF | Click | take this TF
+Wheel over a picture, with the map | divide that cell, or go back
+Escape | close | Esc | close
 # Map of TFs (B)
 Move the mouse over the map | picture and TF of that place
 Click | take its TF | Click | take this TF
@@ -80,7 +84,6 @@ Wheel over the map | zoom | Wheel | zoom
 Drag outside the rectangle, or with Shift | draw a new rectangle | Shift drag | new rectangle
 Drag in the rectangle, at its edges | move it, resize it
 Middle drag, or Ctrl and drag | move the map
-Wheel over a picture of the grid | divide that cell, or go back
 Home | show the whole map
 Escape | stop what is running; close the map | Esc | close
 # Window

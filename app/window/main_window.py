@@ -43,7 +43,7 @@ class MainWindow(WindowParts):
         tips: dict[QWidget, str] = {
             **{pane.canvas: "Images" for pane in self.context.panes},
             self.browser.map: "Map of TFs (B)",
-            self.browser.grid: "Map of TFs (B)",
+            self.browser.grid: "Pictures of TFs (B)",
             self.editor: "Transfer function",
             self.sensitivity.findings: "Values and edits",
         }

@@ -268,9 +268,9 @@ class Menus:
         menu.addSeparator()
         self._add(menu, "&Copy image", partial(window.saving.ask, copies=True), "Ctrl+Shift+C")
         menu.addSeparator()
-        for text, key, alone in (("&Isolate piece", "I", True), ("Cut piece &away", "X", False)):
-            take = partial(window.slices.take_piece, alone)
-            self._add(menu, text, take, key, of=window.images_and_slices)
+        isolate, cut = (partial(window.slices.take_piece, alone) for alone in (True, False))
+        self._add(menu, "&Isolate connected voxels", isolate, "I", of=window.images_and_slices)
+        self._add(menu, "Cut connected voxels &away", cut, "X", of=window.images_and_slices)
         show_all = window.state.show_all_voxels
         self._add(menu, "Show all &voxels", show_all, is_there=self._has_mask)
         menu.addSeparator()

@@ -88,7 +88,7 @@ def test_a_piece_is_shown_alone_or_cut_away_and_each_is_one_edit(qtbot, window):
     assert label.isVisible()
     qtbot.waitUntil(lambda: "masked" in window.reference.status)
     undo = window.state.edits
-    assert undo.stack.undoText() == "isolate piece"
+    assert undo.stack.undoText() == "isolate connected voxels"
     undo.undo()
     assert shown(window) is None
     # By keys where the image has the focus, and by Tab from there to the links.

@@ -153,7 +153,7 @@ def window(qtbot, make_window):
     window.up_axis_card.ask()
     window.notice.add("It failed.", tone="error")
     qtbot.waitUntil(lambda: window.workspace.is_settled)
-    window.editor.moves.select_strongest()
+    window.editor.selection.select("opacity", 0)
     window.activateWindow()
     qtbot.waitUntil(window.isActiveWindow)
     return window

@@ -176,6 +176,9 @@ def test_keys_reach_every_area_and_the_status_line_says_those_under_the_mouse(
     assert window.status.keys == images
     QApplication.sendEvent(window, QStatusTipEvent(window.editor.statusTip()))
     assert window.status.keys == status_keys("Transfer function")
+    # Pictures without a map have neither zoom nor rectangle.
+    QApplication.sendEvent(window, QStatusTipEvent(window.browser.grid.statusTip()))
+    assert "[Click] take this TF" in window.status.keys and "[Wheel]" not in window.status.keys
     window.activateWindow()
     window.reference.canvas.setFocus()
     qtbot.waitUntil(window.reference.canvas.hasFocus)
