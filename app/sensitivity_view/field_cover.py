@@ -219,7 +219,7 @@ class FieldCover(QObject):
         colored = display.overlay(what_if.image, difference, self.scale, "signed")
         self._caption = f"{short(self.scale)} brighter with {edit}"
         self._show(colored, "signed", "change by the edit")
-        detail = f"{edit}: changed by {change_text(what_if.rmse)} ({answer.source})"
+        detail = f"{edit}: RMS change {change_text(what_if.rmse)} ({answer.source})"
         self.pane.name_cover("What if", detail, self._caption)
 
     def _take_image(self, inputs: SceneInputs, image: NDArray[np.float32]) -> None:

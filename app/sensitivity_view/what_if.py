@@ -184,7 +184,7 @@ class WhatIfQuestion(QObject):
             self.shown = answer
         # The exact one first, whichever engine answers first.
         answers = sorted(self._answers.values(), key=lambda each: each.source == "learned")
-        self._say(f"At {self._at}: changed by {', '.join(map(_said, answers))}")
+        self._say(f"At {self._at}: RMS change {', '.join(map(_said, answers))}")
 
     def _note_edit(self, edit: NDArray[np.float32]) -> None:
         """Describe an edit by value, opacity and width, as the numbers of a mode do."""
