@@ -217,6 +217,7 @@ class Workspace(QObject):
         proposed = "auto" if sample is None or wanted.model is not None else sample.lighting
         self.reference.start(volume, self.model.volume_scene, proposed)
         self._follow_scene()
+        self._scheduler.make_way(False)  # the first picture comes before the browser's
         restored = RESTORED if self._is_restored and wanted.memory is None else ""
         notes = [*volume.notes, volume.missing_text, restored]
         self.news.emit(" ".join(filter(None, notes)))

@@ -81,9 +81,13 @@ SHIFT = Qt.KeyboardModifier.ShiftModifier
 def test_the_browser_takes_the_place_of_the_generator(qtbot, make_window, builders, places):
     window = make_window()
     assert builders.spaces == []
-    for is_open in (True, False):
-        window.top_bar.browse.click()
-        assert window.workspace._scheduler._later.isActive() == is_open
+    browse, workspace = window.top_bar.browse.click, window.workspace
+    for end in (browse, lambda: workspace.show(workspace.opened)):
+        browse()
+        assert workspace._scheduler._later.isActive()
+        end()
+        assert not workspace._scheduler._later.isActive()
+    browse()
     open_browser(qtbot, window)
     open_map(qtbot, window)
     assert window.browser.isVisible()
