@@ -38,8 +38,7 @@ class ImageScheduler(QObject):
         # Pixels of the reference image, and whether the user demands all of them.
         self.raster, self.is_fixed = Raster(NO_MODEL_SIZE, NO_MODEL_SIZE), False
         self.stop = STOPS[USUAL]
-        # Whether the generator's pane shows one path-traced sample per pixel. While something
-        # moves, only that is drawn, if it is visible.
+        # Whether the generator's pane shows one path-traced sample per pixel.
         self.generator_follows = False
         # Clients whose images are hidden: they get no requests.
         self.hidden: frozenset[EngineClient] = frozenset()
@@ -103,11 +102,11 @@ class ImageScheduler(QObject):
             return
         self._still.start()
         self._let_go()
-        self._ask(self._generator.images, live=1)
-        if self.generator_follows and self._generator not in self.hidden:
-            self._reference.images.cancel()
-        elif not self.compares:
-            self._ask(self._reference.images, live=1)
+        # Two path tracers share the time; a model takes little.
+        share = 2 if self.generator_follows and self._generator not in self.hidden else 1
+        self._ask(self._generator.images, live=share)
+        if not self.compares:
+            self._ask(self._reference.images, live=share)
         else:
             self._ask_both()
 

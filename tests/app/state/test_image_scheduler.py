@@ -162,17 +162,17 @@ def test_what_nobody_sees_is_not_asked_for(state, scheduler, generator, referenc
     assert not reference.asked and len(generator.asked) == 2
 
 
-def test_the_generator_of_path_traced_light_draws_what_the_reference_does_once(
+def test_two_path_tracers_share_the_time_while_both_images_move(
     state, scheduler, generator, reference
 ):
     scheduler.generator_follows = True
     scheduler.send()
     reference.asked.clear()
-    # While something moves it draws alone, and the reference stops.
-    for azimuth in (10.0, 20.0):
-        turn(state, azimuth)
-        generator.answer()
-    assert not reference.asked and reference.abandoned
+    turn(state, 10.0)
+    half = scheduler.stop.live_seconds / 2
+    for client in (generator, reference):
+        assert client.asked[-1].quality.live and client.asked[-1].inputs.view.azimuth == 10.0
+        assert client.asked[-1].stop.live_seconds == half
     assert generator.asked[-1].quality.pixels == PANE
     state.finish_view()
     # The ground truth has more and more samples, the generator one of every pixel.
@@ -181,7 +181,7 @@ def test_the_generator_of_path_traced_light_draws_what_the_reference_does_once(
     # Out of sight it leaves the drawing to the reference.
     scheduler.hidden = frozenset({generator})
     turn(state, 30.0)
-    assert reference.asked[-1].quality.live
+    assert reference.asked[-1].stop.live_seconds == 2 * half
 
 
 def test_b_is_drawn_in_turn_with_a_and_alone_where_only_its_tf_moves(state, scheduler, reference):
