@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from html import escape
 from typing import cast
 
-from PySide6.QtCore import QEvent, QObject, QPointF, QRect, QRectF, Qt
+from PySide6.QtCore import QEvent, QObject, QPointF, QRect, QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QCursor, QMouseEvent, QPainter, QPen, QPolygonF
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QWidget
 
@@ -345,6 +345,7 @@ class PlaceLabel(Card):
         super().__init__(canvas)
         self._canvas, self._asker, self._finder = canvas, asker, finder
         self.is_here = False  # whether it was this canvas that was clicked
+        self._last: tuple[float, float] | None = None  # the place that was shown
         self.setAttribute(Qt.WidgetAttribute.WA_NoMousePropagation)
         self.text = QLabel()
         by = Qt.TextInteractionFlag
@@ -387,6 +388,12 @@ class PlaceLabel(Card):
         self.text.setText(f"<table>{rows}{pieces}</table>" if rows else nothing)
         said = ", ".join(" ".join(line) for line in lines)
         self.setAccessibleName(f"Values here: {said or nothing}")
+        # Nothing moves while the same place's values and pieces come again, as after a turn.
+        is_same = place == self._last and (asker.pick is None or self._finder.is_searching)
+        self.text.setMinimumSize(self.text.size() if is_same else QSize(0, 0))
+        across = Qt.AlignmentFlag.AlignTop if is_same else Qt.AlignmentFlag.AlignVCenter
+        self.text.setAlignment(across | Qt.AlignmentFlag.AlignLeft)
+        self._last = place
         self._place()
         self.show()
         self.raise_()

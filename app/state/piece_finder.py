@@ -44,6 +44,11 @@ class PieceFinder(QObject):
         asked.changed.connect(self._follow)
         state.inputsChangeFinished.connect(self._ask)
 
+    @property
+    def is_searching(self) -> bool:
+        """Whether the pieces at the clicked place are still to come."""
+        return self._call.is_awaited
+
     def space_of(self, piece: Piece) -> str:
         """Return the size of a piece, in words."""
         volume = self._volume()
@@ -92,9 +97,9 @@ class PieceFinder(QObject):
             self._wanted = wanted
             # The found pieces, and those being searched, belong to another place or scene.
             self._call.forget()
-            self._take(())
             if wanted is not None:
                 self._call.ask(partial(pieces_under, *wanted))
+            self._take(())
 
     def _refuse(self, text: str) -> None:
         if self._waits is not None:
