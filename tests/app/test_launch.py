@@ -168,7 +168,7 @@ def test_the_window_is_there_before_slow_libraries_are_loaded():
     assert found.stdout.split() == ["[]", "0"]
 
 
-ROOT = Path(__file__).parents[2]
+FOLDERS = Path(__file__).parents[:3]  # of this file, of all tests and of tfscope
 CHEST = "resources/volumes/lidc_chest_256x256x133_uint8.nrrd"
 
 
@@ -200,7 +200,7 @@ def test_kernels_are_those_of_the_voxels_that_are_drawn(voxels, kind):
 def _run(cache, *arguments):
     environment = os.environ | {"XDG_CACHE_HOME": str(cache)}
     command = [sys.executable, *arguments]
-    subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, check=True)
+    subprocess.run(command, cwd=FOLDERS[2], env=environment, capture_output=True, check=True)
 
 
 def _kernels(cache):
@@ -218,7 +218,7 @@ def killed(folder, seed):
     """Have a window edit for a random time, kill it, and return its edits and when it ended."""
     window = subprocess.Popen(
         [sys.executable, str(SCRIPT), str(folder), str(seed)],
-        env={**os.environ, "PYTHONPATH": os.pathsep.join(map(str, SCRIPT.parents[:3]))},
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(map(str, FOLDERS))},
         stdout=subprocess.PIPE,
         text=True,
     )
@@ -255,9 +255,6 @@ def test_kills_lose_less_than_a_second(tmp_path):
     for seed in range(KILLS):
         edits, end = killed(tmp_path, seed)
         kept_after(tmp_path, edits, end)
-
-
-FOLDERS = Path(__file__).parents[:3]
 
 
 @pytest.mark.slow

@@ -1,5 +1,3 @@
-import json
-
 import numpy as np
 import ot
 import pytest
@@ -62,12 +60,7 @@ def test_the_interval_of_the_mean_is_the_normal_one_for_many_values():
     assert metrics.summary([0.5])["interval"] == [0.5, 0.5]
 
 
-def test_a_summary_is_plain_json():
+def test_a_summary_has_mean_median_and_the_worse_end():
     summary = metrics.summary(np.arange(101))
-    assert {k: summary[k] for k in ("mean", "median", "p95")} == {
-        "mean": 50,
-        "median": 50,
-        "p95": 95,
-    }
+    assert [summary[key] for key in ("mean", "median", "p95")] == [50, 50, 95]
     assert metrics.summary(np.arange(101), larger_is_better=True)["p95"] == 5
-    json.dumps(summary, allow_nan=False)

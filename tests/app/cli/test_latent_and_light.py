@@ -3,15 +3,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from lively import SIZE, lively_network
 from skimage.io import imread
 
 from app.cli import run
-from model.networks.blocks import kaiming_init
 from model.networks.card import ModelCard
 from model.networks.checkpoint import save_model
-from model.networks.paper import TwoStageGenerator
 from model.networks.path_light_network import load_path_light
-from model.networks.size import NetworkSize
 from model.samples.path_light_pairs import FEW, Pairs, write_block
 from model.scene.scene import Scene
 from model.scene.transfer_function import TransferFunction
@@ -91,11 +89,8 @@ FIGURES = [
 def base(raw_file, tmp_path_factory):
     """Options that name a small volume and a model of it."""
     folder = tmp_path_factory.mktemp("paper")
-    size = NetworkSize(0.125, 32, 64)
-    network = TwoStageGenerator(size)
-    kaiming_init(network)
     scene = Scene.of(read_volume(raw_file), 64, tf_family="paper")
-    save_model(folder / "model", ModelCard(scene, "draft", size), network)
+    save_model(folder / "model", ModelCard(scene, "draft", SIZE), lively_network())
     return f"--volume {raw_file} --model {folder}/model --quick --out {folder}/out"
 
 

@@ -2,6 +2,7 @@ import shutil
 import subprocess
 from dataclasses import replace
 from pathlib import Path
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -285,14 +286,9 @@ def test_pictures_follow_the_view_and_are_marked_until_then(qtbot, window, build
     assert sum(r.channel == "grid" for r in builders.analysts[-1].others) == asked
     # A grid that failed is asked for again.
     engine = builders.analysts[-1]
-    images = engine.images
-
-    def fail(*_):
-        raise LatentError("No pictures today.")
-
-    monkeypatch.setattr(engine, "images", fail)
-    act_until(qtbot, pictures.problem, window.latent_state.set_brush, (-0.5, -0.5, 0.5, 0.5))
-    monkeypatch.setattr(engine, "images", images)
+    with monkeypatch.context() as patch:
+        patch.setattr(engine, "images", Mock(side_effect=LatentError("No pictures today.")))
+        act_until(qtbot, pictures.problem, window.latent_state.set_brush, (-0.5, -0.5, 0.5, 0.5))
     act_until(qtbot, pictures.gridDrawn, pictures.ask)
 
 
@@ -388,10 +384,7 @@ def test_what_fails_is_explained_and_a_map_leaves_the_principal_components(
     qtbot, make_window, builders, tmp_path, monkeypatch
 ):
     builders.map_folder = tmp_path
-
-    def fail(_self, _progress):
-        raise LatentError("The map cannot be computed.")
-
+    fail = Mock(side_effect=LatentError("The map cannot be computed."))
     monkeypatch.setattr(EmbeddingProcess, "run", fail)
     window = make_window()
     window.top_bar.browse.click()

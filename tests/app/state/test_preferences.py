@@ -2,6 +2,7 @@ import json
 import threading
 from dataclasses import asdict, fields
 from pathlib import Path
+from unittest.mock import Mock
 
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -101,12 +102,8 @@ def test_a_file_that_cannot_be_read_is_not_overwritten(tmp_path, monkeypatch):
     first = Preferences(tmp_path)
     first.set(legend=True)
     first.finish()
-
-    def locked(*_, **__):
-        raise PermissionError(13, "Permission denied")
-
     with monkeypatch.context() as patch:
-        patch.setattr(Path, "open", locked)
+        patch.setattr(Path, "open", Mock(side_effect=PermissionError(13, "Permission denied")))
         preferences = Preferences(tmp_path)
     assert "Permission denied" in preferences.start_problem
     preferences.set(cube=False)

@@ -29,19 +29,11 @@ def make_editor(qtbot, state, open_editor):
     return make
 
 
-def plot_of(editor):
-    """The opacity plot in the viewport's pixels, by the scene's own map."""
-    box = editor.area.opacity.sceneBoundingRect()
-    top, bottom = (
-        editor.area.widget.mapFromScene(corner) for corner in (box.topLeft(), box.bottomRight())
-    )
-    return QRect(top, bottom)
-
-
 @pytest.mark.parametrize("size", SIZES)
 def test_the_card_is_at_its_handle_in_the_plot_and_over_no_flag(make_editor, state, size):
     editor = make_editor(*size)
-    plot, card = plot_of(editor), editor.card
+    card, box = editor.card, editor.area.opacity.sceneBoundingRect()
+    plot = QRect(*map(editor.area.widget.mapFromScene, (box.topLeft(), box.bottomRight())))
     flags = [QToolButton() for _ in range(2)]
     for flag in flags:
         editor.area.add_flag(flag)

@@ -106,13 +106,6 @@ def test_without_a_model_the_reference_has_the_window_and_is_lit(qtbot, make_win
     assert builders.references[-1].requests[-1].inputs.light is None
 
 
-def let_go_when_hidden(window, gate, loading):
-    while window.isVisible():
-        threading.Event().wait(0.005)
-    gate.release()
-    loading.set()
-
-
 def test_closing_while_everything_is_at_work_ends_cleanly(qtbot, make_window, builders):
     window = make_window()
     gate = threading.Semaphore(0)
@@ -123,8 +116,15 @@ def test_closing_while_everything_is_at_work_ends_cleanly(qtbot, make_window, bu
     builders.loading = loading = threading.Event()
     window.workspace.open_model(Path("another"))
     window.workspace.opening.open(Path("ramp"))
+
+    def let_go_when_hidden():
+        while window.isVisible():
+            threading.Event().wait(0.005)
+        gate.release()
+        loading.set()
+
     # The render and the loading end only once the window waits for them.
-    helper = threading.Thread(target=let_go_when_hidden, args=(window, gate, loading))
+    helper = threading.Thread(target=let_go_when_hidden)
     helper.start()
     window.close()
     helper.join()

@@ -153,11 +153,6 @@ def test_files_numbers_and_what_is_kept_are_on_the_scale(qtbot, make_window, hal
     assert not offer(window)
 
 
-def shows_as_the_model(window, scene):
-    volume, canvas = shown(window), window.generator.canvas
-    return (volume.scalar_range, volume.scale) == (scene.scalar_range, "log") and not canvas.message
-
-
 def test_a_model_that_is_read_after_the_volume_brings_its_scale_too(
     qtbot, make_window, builders, halo
 ):
@@ -166,7 +161,8 @@ def test_a_model_that_is_read_after_the_volume_brings_its_scale_too(
     assert shown(window).scale == "linear"
     act_until(qtbot, window.workspace.rangeChanged, window.workspace.open_model, Path("model"))
     qtbot.waitUntil(lambda: window.workspace.is_settled)
-    assert shows_as_the_model(window, scene)
+    assert (shown(window).scalar_range, shown(window).scale) == (scene.scalar_range, "log")
+    assert not window.generator.canvas.message
     act_until(qtbot, window.workspace.rangeChanged, window.state.edits.undo)
     assert shown(window).scale == "linear"
     # One that is read late changes nothing that was made.

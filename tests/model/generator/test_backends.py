@@ -1,37 +1,21 @@
+from unittest.mock import Mock
+
 import pytest
 import torch
-from blobs import blobs
+from lively import lively_network
 
 from model.errors import TfscopeError
 from model.generator.backends import EAGER, TOGETHER, Backend, candidates, make_decode, obstacle
 from model.generator.generator import Generator
 from model.networks.blocks import place
-from model.networks.card import ModelCard
-from model.networks.checkpoint import save_model
 from model.networks.generator_network import EncodedInputs
-from model.networks.paper import build_generator
-from model.networks.size import NetworkSize
-from model.scene.scene import Scene
 
 CPU = torch.device("cpu")
 
 
-SIZE = NetworkSize(0.125, 16, 64)
-
-
-def network_of(scene):
-    torch.manual_seed(0)
-    network = build_generator(SIZE, scene)
-    for parameter in network.parameters():
-        # Images far from one grey: as first weights, the paper's are too small for that.
-        if parameter.ndim > 1:
-            torch.nn.init.kaiming_normal_(parameter, nonlinearity="linear")
-    return place(network, CPU).eval()
-
-
-@pytest.fixture(scope="module")
-def scene():
-    return Scene.of(blobs(), 64)
+@pytest.fixture
+def network():
+    return place(lively_network(), CPU).eval()
 
 
 @torch.inference_mode()
@@ -49,8 +33,7 @@ def usable(backend):
     return backend
 
 
-def test_openvino_draws_what_torch_draws(scene):
-    network = network_of(scene)
+def test_openvino_draws_what_torch_draws(network):
     decode = make_decode(network, usable(Backend("openvino")), CPU)
     built = []
     make = decode._make
@@ -76,35 +59,24 @@ def test_bfloat16_is_a_candidate_where_the_processor_knows_it(monkeypatch):
     assert (exact.text, rounded.text) == ("openvino", "openvino bfloat16")
 
 
-def test_a_library_that_is_not_installed_is_named(scene, monkeypatch):
+def test_a_library_that_is_not_installed_is_named(network, monkeypatch):
     monkeypatch.setattr("model.errors.find_spec", lambda name: None)
     with pytest.raises(TfscopeError, match=r"pip install openvino"):
-        make_decode(network_of(scene), Backend("openvino"), CPU)
+        make_decode(network, Backend("openvino"), CPU)
     assert candidates(CPU) == [EAGER]
 
 
-@pytest.fixture
-def folder(scene, tmp_path):
-    network = network_of(scene)
-    card = ModelCard(scene=scene, preset="tiny", size=SIZE, training={}, metrics={}, versions={})
-    save_model(tmp_path, card, network)
-    return tmp_path
-
-
-def test_where_the_fastest_fails_torch_draws(folder, monkeypatch, caplog):
+def test_where_the_fastest_fails_torch_draws(lively_folder, monkeypatch, caplog):
     usable(Backend("openvino"))
-
-    def broken(*arguments):
-        raise RuntimeError("made up")
-
+    broken = Mock(side_effect=RuntimeError("made up"))
     monkeypatch.setattr("model.generator.backends._openvino", broken)
     monkeypatch.setattr("model.generator.generator.kept", lambda name, about: "openvino")
-    generator = Generator.load(folder, "cpu", fastest=True)
+    generator = Generator.load(lively_folder, "cpu", fastest=True)
     assert generator.backend == EAGER
     assert "openvino cannot" in caplog.text
 
 
-def test_the_fastest_backend_is_measured_once(folder, monkeypatch, tmp_path_factory):
+def test_the_fastest_backend_is_measured_once(lively_folder, monkeypatch, tmp_path_factory):
     usable(Backend("openvino"))
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path_factory.mktemp("cache")))
     monkeypatch.setenv("LOCALAPPDATA", str(tmp_path_factory.mktemp("cache")))
@@ -115,7 +87,6 @@ def test_the_fastest_backend_is_measured_once(folder, monkeypatch, tmp_path_fact
         return {"eager": 1.0, "openvino": 2.0}[generator.backend.name]
 
     monkeypatch.setattr(Generator, "_time_drawing", seconds)
-    assert Generator.load(folder, "cpu", fastest=True).backend == EAGER
-    assert timed == candidates(CPU)
-    assert Generator.load(folder, "cpu", fastest=True).backend == EAGER
-    assert timed == candidates(CPU)
+    for _ in range(2):
+        assert Generator.load(lively_folder, "cpu", fastest=True).backend == EAGER
+        assert timed == candidates(CPU)

@@ -9,10 +9,11 @@ from skimage.transform import resize
 from model.errors import LatentError, TfscopeError
 from model.generator import catalog as shipped
 from model.latent.codes import NetworkCodec
+from model.networks.blocks import choose_device
 from model.networks.checkpoint import load_model
 from model.networks.generator_network import EncodedInputs, decode_unit, encode_unit
 from model.samples.sampling import draw_sample
-from model.scene.inputs import SceneInputs, rgb_to_lab
+from model.scene.inputs import rgb_to_lab
 from model.scene.region import Region
 from model.sensitivity.learned import Sensitivity
 from model.volume_files import read_volume
@@ -46,28 +47,21 @@ def test_an_image_is_what_the_network_says(lively_generator, scene, samples):
 
 
 def test_a_batch_equals_single_images(lively_generator, samples):
-    views = [s.view for s in samples]
-    opacities = [s.transfer_function.opacity for s in samples]
-    colors = [s.transfer_function.color for s in samples]
     batch = lively_generator.render_batch(samples)
     assert batch.shape == (3, 64, 64, 4)
-    for image, v, o, c in zip(batch, views, opacities, colors, strict=True):
-        np.testing.assert_allclose(image, lively_generator.render(SceneInputs(v, o, c)), atol=1e-5)
+    for image, sample in zip(batch, samples, strict=True):
+        np.testing.assert_allclose(image, lively_generator.render(sample), atol=1e-5)
     # Each of the three inputs makes a difference: none may be another sample's.
-    for v, o, c in (
-        (views[1], opacities[0], colors[0]),
-        (views[0], opacities[1], colors[0]),
-        (views[0], opacities[0], colors[1]),
-    ):
-        assert np.abs(lively_generator.render(SceneInputs(v, o, c)) - batch[0]).max() > 1e-3
+    for name in ("view", "opacity_tf", "color_tf"):
+        other = replace(samples[0], **{name: getattr(samples[1], name)})
+        assert np.abs(lively_generator.render(other) - batch[0]).max() > 1e-3
 
 
 def test_rendering_the_code_equals_rendering_the_tf(lively_generator, samples):
     s = samples[1]
-    opacity, color = s.transfer_function.opacity, s.transfer_function.color
     tfs = np.stack([x.opacity_tf.sample() for x in samples])
     code = NetworkCodec(lively_generator.network.codec).encode(tfs)[1]
-    expected = lively_generator.render(SceneInputs(s.view, opacity, color))
+    expected = lively_generator.render(s)
     np.testing.assert_allclose(lively_generator.render_latent(code, s), expected, atol=1e-5)
     with pytest.raises(LatentError, match="NaN"):
         lively_generator.render_latent(np.nan * code, s)
@@ -79,17 +73,12 @@ def test_rendering_the_code_equals_rendering_the_tf(lively_generator, samples):
 
 def test_a_tf_made_for_another_range_means_the_same_values(lively_generator, samples):
     s = samples[0]
-    opacity, color = s.transfer_function.opacity, s.transfer_function.color
-    wider = replace(opacity, scalar_range=(-50.0, 300.0))
-    np.testing.assert_array_equal(
-        lively_generator.render(SceneInputs(s.view, opacity, color)),
-        lively_generator.render(SceneInputs(s.view, wider, color)),
-    )
+    wider = replace(s, opacity_tf=replace(s.opacity_tf, scalar_range=(-50.0, 300.0)))
+    found = (lively_generator.render(each) for each in (s, wider))
+    np.testing.assert_array_equal(*found)
 
 
 def test_devices(lively_generator):
-    from model.networks.blocks import choose_device
-
     assert choose_device("cpu").type == "cpu"
     assert choose_device("auto").type == ("cuda" if torch.cuda.is_available() else "cpu")
     with pytest.raises(TfscopeError, match="choose auto, cpu or cuda"):

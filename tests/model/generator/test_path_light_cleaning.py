@@ -27,15 +27,10 @@ SMALL = PathLightSize(8)
 
 
 @pytest.fixture
-def network():
+def file(tmp_path):
     torch.manual_seed(1)
     network = PathLightNetwork(SMALL)
     torch.nn.init.normal_(network.out.weight, std=0.05)
-    return network.eval().requires_grad_(False)
-
-
-@pytest.fixture
-def file(network, tmp_path):
     save_path_light(tmp_path / "network.safetensors", PathLightCard(SMALL), network)
     return tmp_path / "network.safetensors"
 

@@ -181,20 +181,11 @@ def test_samples_are_decoded_codes_within_the_box_of_the_known_ones(tfs):
 
 
 @pytest.mark.parametrize(("value", "message"), [(0.5, "collapsed"), (np.nan, "not finite")])
-def test_a_codec_without_different_codes_is_refused(tfs, value, message):
+def test_a_codec_without_different_codes_is_refused(tfs, value, message, monkeypatch):
+    alike = np.full((len(tfs), 2), value, dtype=np.float32)
+    monkeypatch.setattr(ToyCodec, "encode", lambda *_: alike)
     with pytest.raises(LatentError, match=message):
-        sample_codes(_Constant(value), tfs, 50)
-
-
-class _Constant(ToyCodec):
-    def __init__(self, value=0.0):
-        self.value = value
-
-    def encode(self, opacities):
-        return np.full((len(opacities), 3), self.value, dtype=np.float32)
-
-    def decode(self, codes):
-        return np.zeros((len(codes), 256), dtype=np.float32)
+        sample_codes(ToyCodec(), tfs, 50)
 
 
 @pytest.fixture

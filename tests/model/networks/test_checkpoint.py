@@ -1,3 +1,4 @@
+import hashlib
 import json
 import pickle
 from typing import get_args
@@ -48,8 +49,6 @@ def edit(folder, **changes):
 
 
 def replace_weights(folder, content):
-    import hashlib
-
     weights_file(folder).write_bytes(content)
     edit(folder, sha256=hashlib.sha256(content).hexdigest())
 
@@ -228,22 +227,20 @@ def test_a_file_holds_network_and_card(tmp_path):
     torch.testing.assert_close(loaded(seen_inputs()), network(seen_inputs()), atol=5e-3, rtol=5e-3)
 
 
-@pytest.mark.parametrize("damage", ["missing", "empty", "cut", "foreign", "wider", "nan"])
+@pytest.mark.parametrize("damage", [
+    lambda content: b"", lambda content: content[:-100],
+    lambda content: safetensors.torch.save({"a": torch.zeros(3)}),
+    lambda content: content.replace(b'\\"width\\": 8', b'\\"width\\": 9'),
+])  # fmt: skip
 def test_a_file_that_is_no_network_is_reported(tmp_path, damage):
-    path = tmp_path / "network.safetensors"
-    network = lively_light()
-    if damage == "nan":
-        network.out.weight.fill_(torch.nan)
-    path_light_network.save_path_light(path, path_light_network.PathLightCard(SMALL), network)
-    if damage == "missing":
-        path.unlink()
-    elif damage == "empty":
-        path.write_bytes(b"")
-    elif damage == "cut":
-        path.write_bytes(path.read_bytes()[:-100])
-    elif damage == "foreign":
-        path.write_bytes(safetensors.torch.save({"a": torch.zeros(3)}))
-    elif damage == "wider":
-        path.write_bytes(path.read_bytes().replace(b'\\"width\\": 8', b'\\"width\\": 9'))
+    path, network, card = tmp_path / "a", lively_light(), path_light_network.PathLightCard(SMALL)
+    with pytest.raises(CheckpointError, match="network"):
+        path_light_network.load_path_light(path)
+    path_light_network.save_path_light(path, card, network)
+    path.write_bytes(damage(path.read_bytes()))
+    with pytest.raises(CheckpointError, match="network"):
+        path_light_network.load_path_light(path)
+    network.out.weight.fill_(torch.nan)
+    path_light_network.save_path_light(path, card, network)
     with pytest.raises(CheckpointError, match="network"):
         path_light_network.load_path_light(path)

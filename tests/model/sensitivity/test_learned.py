@@ -150,11 +150,6 @@ def test_regions_outside_are_refused(sensitivity):
 SMALL = NetworkSize(0.125, 16, 32)
 
 
-def generator_of(scene):
-    card = ModelCard(scene, "draft", SMALL, {}, {}, {})
-    return Generator(card, TwoStageGenerator(SMALL), torch.device("cpu"))
-
-
 def own(volume, change):
     """In the place of the generator's sensitivity, the renderer's, changed somehow."""
 
@@ -191,6 +186,8 @@ def test_the_renderers_own_sensitivity_agrees_with_itself(
         "model.sensitivity.agreement.Sensitivity", own(volume, lambda s: factor * s)
     )
     samples = [draw_sample(scene, 0, "holdout", i) for i in range(3)]
-    agreement = sensitivity_agreement(generator_of(scene), volume, samples)
+    card = ModelCard(scene, "draft", SMALL, {}, {}, {})
+    generator = Generator(card, TwoStageGenerator(SMALL), torch.device("cpu"))
+    agreement = sensitivity_agreement(generator, volume, samples)
     for values in vars(agreement).values():
         np.testing.assert_allclose(values, expected, rtol=1e-5)

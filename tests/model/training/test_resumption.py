@@ -15,7 +15,6 @@ from training_runs import RECIPE, Stop, assert_same_state, plan
 from model.errors import TrainingError
 from model.networks.card import load_card
 from model.networks.checkpoint import load_model
-from model.training import parallel
 from model.training.stages import OpacityStage
 from model.training.state import load_progress
 from model.training.trainer import train
@@ -214,8 +213,3 @@ def test_train_runs_under_torchrun(tmp_path, volume):
     assert card.training["samples_seen"] == 128
     assert [int(row["samples"]) for row in card.training["curve"]] == [128]
     load_model(run)
-
-
-def test_without_torchrun_there_is_one_process():
-    assert (parallel.rank(), parallel.ranks(), parallel.own_stage(2)) == (0, 1, 2)
-    assert parallel.from_first((1.5, True)) == (1.5, True)

@@ -102,9 +102,7 @@ def test_a_stream_goes_on_where_it_stopped(volume, raycast):
 
 
 def test_a_failing_renderer_ends_the_training(volume, raycast, monkeypatch):
-    def fail(*_):
-        raise RenderError("out of paint")
-
+    fail = mock.Mock(side_effect=RenderError("out of paint"))
     source = stream(volume, raycast, threads=2)
     monkeypatch.setattr("model.training.sources.render_samples", fail)
     with pytest.raises(RenderError, match="out of paint"):

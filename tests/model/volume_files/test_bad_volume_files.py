@@ -7,6 +7,7 @@ import re
 import struct
 import zlib
 from pathlib import Path
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -283,14 +284,11 @@ def test_unreadable_file(tmp_path, monkeypatch):
     path = files.write_itk(tmp_path / "a.nrrd", ARRAY)
     path.chmod(0)
     if os.access(path, os.R_OK):  # root reads everything, so play the system's refusal
-        monkeypatch.setattr("pathlib.Path.open", _refuse)
+        refused_here = PermissionError(13, "Permission denied", str(path))
+        monkeypatch.setattr("pathlib.Path.open", Mock(side_effect=refused_here))
     message = refusal(path)
     assert "Permission denied" in message
     assert "check the path and your permissions" in message
-
-
-def _refuse(path, *_, **__):
-    raise PermissionError(13, "Permission denied", str(path))
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs named pipes")
@@ -301,10 +299,7 @@ def test_a_pipe_is_refused_at_once(tmp_path):
 
 
 def test_memory_that_runs_out_while_reading(tmp_path, monkeypatch):
-    def exhausted(*_):
-        raise MemoryError
-
-    path = files.write_itk(tmp_path / "a.nrrd", ARRAY)
+    path, exhausted = files.write_itk(tmp_path / "a.nrrd", ARRAY), Mock(side_effect=MemoryError)
     monkeypatch.setattr("model.volume_files.nrrd_metaimage.read_block", exhausted)
     assert "not enough free memory" in refusal(path)
 

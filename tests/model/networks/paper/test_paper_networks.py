@@ -1,5 +1,6 @@
 import pytest
 import torch
+from lively import lively_network
 from torch import nn
 
 from model.errors import TfscopeError
@@ -76,25 +77,14 @@ def test_a_doubling_block_is_the_block_of_the_doubled_image(kernel, channels):
         torch.testing.assert_close(value, plain.get_buffer(name), rtol=0.02, atol=1e-9)
 
 
-def lively(network):
-    """Weights large enough that every path carries a signal."""
-    generator = torch.Generator().manual_seed(1)
-    for parameter in network.parameters():
-        if parameter.ndim > 1:
-            fan_in = parameter[0].numel()
-            parameter.data = torch.randn(parameter.shape, generator=generator) * fan_in**-0.5
-    return network.double().eval().requires_grad_(False)
-
-
 def test_the_image_has_the_whole_gradient_to_the_opacity_tf():
     """Against central differences in float64."""
-    network = lively(paper.TwoStageGenerator(NetworkSize(0.125, 16, 16)))
-    assert isinstance(network, paper.TwoStageGenerator)
+    network = lively_network().double().eval().requires_grad_(False)
     torch.manual_seed(2)
     view = torch.rand(1, 5).double()
     color = torch.rand(1, 3, 256).double()
     tf = torch.rand(1, 256).double().requires_grad_()
-    weights = torch.rand(1, 3, 16, 16).double()
+    weights = torch.rand(1, 3, 64, 64).double()
 
     def loss(tf):
         return (network(EncodedInputs(view, tf, color))[0] * weights).sum()

@@ -124,17 +124,10 @@ def test_light_above_one_is_kept_and_threads_do_not_mix_their_pictures(quick):
         assert found.std() < image.std() / 3
 
 
-@pytest.fixture
-def forgets():
-    """What is known of the package is asked anew, before and after."""
-    for ask in (denoising._package, denoising._denoiser):
-        ask.cache_clear()
-    yield
-    for ask in (denoising._package, denoising._denoiser):
-        ask.cache_clear()
-
-
-def test_without_a_package_there_is_no_denoiser(monkeypatch, forgets):
+def test_without_a_package_there_is_no_denoiser(monkeypatch):
+    for ask in ("_package", "_denoiser"):
+        # What is known of the package is asked anew.
+        monkeypatch.setattr(denoising, ask, getattr(denoising, ask).__wrapped__)
     monkeypatch.setitem(sys.modules, "pyoidn", None)
     assert not available()
     with pytest.raises(DenoisingError, match="no denoiser"):
