@@ -253,18 +253,6 @@ def test_the_estimated_error_is_the_error():
     assert found[64].error < found[8].error / 2
 
 
-LENGTH = 20
-
-
-def faint_block(faint):
-    """A block of two values: of one next to nothing is seen, the other is half opaque."""
-    voxels = np.zeros((LENGTH, LENGTH, LENGTH), np.uint8)
-    voxels[..., LENGTH // 2 :] = 255
-    opacity = OpacityTF((0.0, 255.0), points=((0.0, faint), (254.0, faint), (255.0, 0.5)))
-    color = ColorTF((0.0, 255.0), ((0.0, 0.8, 0.8, 0.8), (255.0, 0.8, 0.8, 0.8)))
-    return Volume(voxels), SceneInputs(View(-90.0, 0.0, 0.0, 0.5), opacity, color)
-
-
 @compiled
 def tracked(medium, place, direction, state, transmits):
     """Call what is always inlined."""
@@ -272,8 +260,13 @@ def tracked(medium, place, direction, state, transmits):
 
 
 def test_a_path_without_depth_leaves_a_medium_of_next_to_no_extinction():
-    volume, inputs = faint_block(1e-41)
-    tracer = PathTracer(volume, threads=1)
+    # Of one value next to nothing is seen, the other is half opaque.
+    voxels = np.zeros((20, 20, 20), np.uint8)
+    voxels[..., 10:] = 255
+    opacity = OpacityTF((0.0, 255.0), points=((0.0, 1e-41), (254.0, 1e-41), (255.0, 0.5)))
+    color = ColorTF((0.0, 255.0), ((0.0, 0.8, 0.8, 0.8),))
+    tracer = PathTracer(Volume(voxels), threads=1)
+    inputs = SceneInputs(View(-90.0, 0.0, 0.0, 0.5), opacity, color)
     scatterer = tracer._scatterer(inputs, 0.5, 0.0)
     tracer.close()
     # Its reciprocal is infinite.
