@@ -21,7 +21,8 @@ def fill(voxels: NDArray[Any], missing: NDArray[np.bool_]) -> NDArray[Any]:
     Renderers leave out samples whose nearest voxel is missing. Other samples near the border still
     interpolate missing voxels, up to :data:`LAYERS` deep for gradients. These get the mean of their
     neighbours, rounded for whole numbers, so that a number stored where nothing was measured is
-    never seen. Deeper ones stay as they are. The arrays are C-contiguous.
+    never seen. Deeper ones stay as they are, so they must hold a measured value, such as the
+    lowest: estimates of noise and of the scale read all voxels. The arrays are C-contiguous.
     """
     unknown, values = missing.copy(), voxels.reshape(-1)
     for _ in range(LAYERS):

@@ -318,8 +318,9 @@ _RASTERS = {
 
 def _parts():
     def without(where):
-        garbage = np.where(where, 1e30, field()).astype(np.float32)
-        return {"volume": lambda: Volume(fill(garbage, where), missing=where)}
+        # As readers do, whatever the file has there.
+        voxels = np.where(where, field()[~where].min(), field()).astype(np.float32)
+        return {"volume": lambda: Volume(fill(voxels, where), missing=where)}
 
     thin, near = 0.5 + LEAST_LENGTH, replace(VIEW, distance=0.02)
     two = np.ones(SHAPE, dtype=bool)
