@@ -72,7 +72,7 @@ class CellGrid(KeyedWidget):
 
     @property
     def text(self) -> str:
-        """What is written in the middle: why there are no pictures, or that they follow."""
+        """Text in the middle: why there are no pictures, or that they follow."""
         if self.progress is not None:
             return "drawing …"
         return self.message if self._picture is None else ""

@@ -16,8 +16,9 @@ from app.tf_editor.plot_area import PlotArea
 from app.window.cards import CropCard
 from app.window.context import Context
 from model.rendering.ray_places import ray_places
-from model.scene.slices import MIDDLE, gray_window, usual_window, voxel_of
+from model.scene.slices import MIDDLE, SliceColors, gray_window, usual_window, voxel_of
 from model.scene.tf_perturbation import band_of_edit
+from model.scene.transfer_function import Range
 from model.scene.view import NEAREST_DEPTH, Projection, from_middle
 from model.scene.volume import Triple
 
@@ -76,12 +77,7 @@ class Slices(QObject):
         known, before = self._context.preferences.volume(opened.fingerprint), self.state.volume
         is_next = before is not None and before.series == opened.volume.series
         self.state.place = known.cross_hair or (self.state.place if is_next else MIDDLE)
-        self._show_volume(opened)
-        self.state.show(colors=known.slice_colors or self.state.colors)
-        if known.gray_window is not None:
-            whole = opened.volume.scalar_range
-            # Within its limits, whatever the file says.
-            self.state.show(window=gray_window(known.gray_window, whole, 1.0, 0.0))
+        self._show_volume(opened, known.slice_colors, known.gray_window)
         self._set_shown(self._context.preferences.settings.slices)
         self._context.update_images()
 
@@ -91,13 +87,24 @@ class Slices(QObject):
         # It may be another one than what the user had chosen.
         self._context.workspace.keep(gray_window=self.state.window)
 
-    def _show_volume(self, opened: OpenedVolume) -> None:
+    def _show_volume(
+        self,
+        opened: OpenedVolume,
+        colors: SliceColors | None = None,
+        window: Range | None = None,
+    ) -> None:
+        """Show a volume, in remembered colours and grey window if there are any."""
         volume, before, changes = opened.volume, self.state.volume, dict[str, Any]()
         if before is None or before.scalar_range != volume.scalar_range:
             changes["window"] = usual_window(opened.counts, opened.edges)
             if volume.file.is_labels:
                 # Grey is useless for labels.
                 changes["colors"] = "colors"
+        if colors is not None:
+            changes["colors"] = colors
+        if window is not None:
+            # Within its limits, whatever the file says.
+            changes["window"] = gray_window(window, volume.scalar_range, 1.0, 0.0)
         self.state.show(volume=volume, **changes)
         self._follow_question("band")
 

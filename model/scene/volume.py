@@ -189,14 +189,14 @@ class Volume:
         if scale == "linear":
             return stored.drawing_missing(self.draws_missing)
         voxels = logarithms(stored.voxels, stored.distribution)
-        if voxels is not None and stored.missing is not None:
-            # The mean of logarithms, as the logarithm of a mean is that of the largest values.
-            fill(voxels, stored.missing)
         if voxels is None:
             raise VolumeError(
                 f"{self.name}: no value is above zero, so there is no logarithm to show; "
                 "keep the linear scale."
             )
+        if stored.missing is not None:
+            # The mean of logarithms, as the logarithm of a mean is that of the largest values.
+            fill(voxels, stored.missing)
         try:
             return replace(
                 stored,
@@ -234,7 +234,7 @@ class Volume:
         return self._with_lowest(slice(None))
 
     def _with_lowest(self, planes: slice) -> NDArray[np.generic]:
-        """Copy planes, with the lowest measured value for missing voxels."""
+        """Return planes, with the lowest measured value for missing voxels."""
         voxels: NDArray[np.generic] = self.voxels[planes]
         if self.missing is None:
             return voxels
