@@ -23,6 +23,9 @@ class EditedTF(EditedInput[TransferFunction]):
     """
 
     paneChanged = Signal()  # when the other pane has the focus, or B is shown, hidden or another
+    exchanged = Signal(object)
+    """Emitted before `changed` with a TF that is not an edit of the one before, whose handles are
+    gone: a preset, a file, the other pane's, another volume's, or when that is undone."""
 
     def __init__(self, first: TransferFunction, history: EditHistory, parent: QObject) -> None:
         super().__init__(first, "drag", history, parent)
@@ -48,12 +51,19 @@ class EditedTF(EditedInput[TransferFunction]):
             self.finish()
             self._show_pair(pane, pane == "B", (self.of(pane) or self.value, self.value))
 
+    def exchange(self, value: TransferFunction, text: str) -> None:
+        """Replace the TF by one that is not an edit of it, such as a preset: an edit."""
+        self.finish(text)
+        if value != self.value:
+            pairs = (self.value, self._other), (value, _fitted(self._other, value))
+            self._history.change(partial(self._show_pair, self.pane, False), *pairs, text)
+
     def copy(self, source: PaneName) -> None:
         """Copy a pane's TF to the other one, which gets the focus: an edit."""
         tf, target = self.of(source), other_pane(source)
         if tf is not None:
             self.focus(target)
-            self.set(tf, f"copy {source} to {target}")
+            self.exchange(tf, f"copy {source} to {target}")
 
     def swap(self) -> None:
         """Exchange the TFs of A and B: an edit."""
@@ -80,6 +90,7 @@ class EditedTF(EditedInput[TransferFunction]):
         self.look = look or LookOfB()
         self.value, self._other = value, other
         self.paneChanged.emit()
+        self.exchanged.emit(value)
         super().start(value)
 
     def _show_look(self, look: LookOfB) -> None:
@@ -91,12 +102,14 @@ class EditedTF(EditedInput[TransferFunction]):
     def _change(self, text: str, merge_key: str | None) -> None:
         """Make a drag an edit; it is not merged with an edit of the other pane."""
         before, after = self._before, self.value
-        shows = partial(self._show_pair, self.pane, False)
+        shows = partial(self._show_pair, self.pane, False, exchanges=False)
         key = merge_key and f"{merge_key} of {self.pane}"
         pairs = (before, self._other), (after, _fitted(self._other, after))
         self._history.change(shows, *pairs, text, key)
 
-    def _show_pair(self, pane: PaneName, compares: bool, pair: _Pair) -> None:
+    def _show_pair(
+        self, pane: PaneName, compares: bool, pair: _Pair, exchanges: bool = True
+    ) -> None:
         """Give a pane the focus, and show its TF and the other one's, if there is one."""
         value, other = pair
         before = self.value, self.pane, self.compares, self._other
@@ -107,6 +120,8 @@ class EditedTF(EditedInput[TransferFunction]):
         if before[1:] != (pane, compares, other):
             self.paneChanged.emit()
         if value != before[0]:
+            if exchanges or pane != before[1]:
+                self.exchanged.emit(value)
             self.is_edited = True
             self.changed.emit(value)
         self.changeFinished.emit(value)

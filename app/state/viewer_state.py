@@ -251,7 +251,7 @@ class ViewerState(ViewNavigation):
 
     def reset_transfer_function(self) -> None:
         """Restore the volume's default TF, as an edit that can be undone."""
-        self.tf_input.set(self.default, "reset")
+        self.tf_input.exchange(self.default, "reset")
 
 
 class _EditedLight(EditedInput[LightDirection | None]):

@@ -259,7 +259,7 @@ class Workspace(QObject):
             self._state.default = opened.default
             self.scaleChanged.emit(opened)
             if self._state.scale != volume.scale:
-                self._state.tf_input.set(opened.default, SCALE_EDITS[volume.scale])
+                self._state.tf_input.exchange(opened.default, SCALE_EDITS[volume.scale])
             self.news.emit(_scale_news(volume))
         self._follow_scene()
         self.rangeChanged.emit(opened)

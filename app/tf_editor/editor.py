@@ -86,6 +86,7 @@ class TransferFunctionEditor(QFrame):
     def _connect(self) -> None:
         area, tf, card, opacity = self.area, self._state.tf_input, self.card, self.opacity
         for changed, *follow in (
+            (tf.exchanged, self.selection.start),
             (tf.changed, self._take_tf),
             (tf.changeFinished, self._finish_tf),
             (self.selection.changed, opacity.refresh, self.color.refresh, card.refresh),

@@ -174,7 +174,7 @@ class Selection(QObject):
         self.kind: Kind = "opacity"
         self._indices: tuple[int, ...] = ()
         self.flank: int | None = None
-        self._known: tuple[object, ...] = ()
+        self._known: dict[Kind, tuple[object, ...]] = dict.fromkeys(KINDS, ())
         self._before: tuple[Kind, tuple[int, ...]] | None = None
         """Selection before a handle was added."""
 
@@ -207,30 +207,40 @@ class Selection(QObject):
         self.select(self.kind)
 
     def fit(self, transfer_function: TransferFunction) -> None:
-        """Remove handles that no longer exist, or are another TF's; select one that was added."""
-        opacity, color = transfer_function.opacity, transfer_function.color
-        handles: tuple[object, ...] = opacity.points or opacity.modes
-        known, self._known = self._known, handles
+        """Follow an edit: select a handle that was added, and none that no longer exists."""
+        before, now = self._known, _handles(transfer_function)
+        self._known, known, handles = now, before["opacity"], now["opacity"]
         added = [i for i, handle in enumerate(handles) if handle not in known]
         present = self.kind, self._indices
-        if len(added) == 1 and 0 < len(known) == len(handles) - 1:
+        if len(added) == 1 and len(known) == len(handles) - 1:
             self.select("opacity", added[0])
             self._before = present
             return
         gone = tuple(i for i, handle in enumerate(known) if handle not in handles)
-        kind, wanted = present
         if self._before is not None and not added and present == ("opacity", gone):
-            (kind, wanted), self._before = self._before, None
-        count = len(handles) if kind == "opacity" else len(color.stops)
-        is_other = kind == "opacity" and known and abs(len(handles) - len(known)) > 1
-        left = () if is_other else tuple(index for index in wanted if index < count)
-        keeps_flank = not opacity.points and (kind, left) == present
+            (kind, left), self._before = self._before, None
+        else:
+            kind, left = present
+            if len(before[kind]) != len(now[kind]):
+                # Their places have changed.
+                stay = [before[kind][i] for i in left if before[kind][i] in now[kind]]
+                left = tuple(map(now[kind].index, stay))
+        keeps_flank = not transfer_function.opacity.points and (kind, left) == present
         self._change(kind, left, self.flank if keeps_flank else None)
+
+    def start(self, transfer_function: TransferFunction) -> None:
+        """Select nothing of another TF."""
+        self._known = _handles(transfer_function)
+        self.clear()
 
     def _change(self, kind: Kind, indices: tuple[int, ...], flank: int | None) -> None:
         if (kind, indices, flank) != (self.kind, self._indices, self.flank):
             self.kind, self._indices, self.flank = kind, indices, flank
             self.changed.emit()
+
+
+def _handles(tf: TransferFunction) -> dict[Kind, tuple[object, ...]]:
+    return {"opacity": tf.opacity.points or tf.opacity.modes, "color": tf.color.stops}
 
 
 class HandleMoves:

@@ -388,8 +388,7 @@ class TransferFunctionMenu(QObject):
 
     def _set(self, tf: TransferFunction, text: str) -> None:
         if tf != self._state.transfer_function:
-            self._state.tf_input.set(tf, text)
-            self._moves.selection.clear()
+            self._state.tf_input.exchange(tf, text)
 
 
 def _menu_button(name: str, text: str, tip: str) -> QToolButton:

@@ -145,7 +145,7 @@ class Files(QObject):
             self._fail(str(error))
             return
         fitted = self._workspace.fitted(loaded)
-        self._context.state.tf_input.set(fitted, f"open {path.name}")
+        self._context.state.tf_input.exchange(fitted, f"open {path.name}")
         self._show_small_range()
         self._preferences.note_recent("transfer_functions", path)
         text = f"Opened {path.name}."

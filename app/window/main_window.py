@@ -342,7 +342,6 @@ class MainWindow(WindowParts):
         self.scene_notices.offer_logarithm()
         self.scene_notices.offer_labels()
         self.menus.refresh()
-        self.editor.selection.clear()
         self.plot_memory.settle()
 
     def _show_range(self, opened: OpenedVolume) -> None:

@@ -96,11 +96,10 @@ class SceneNotices(QObject):
             self._notices.add(text, show, key=LABELS)
 
     def _show_labels(self, volume: Volume) -> None:
-        stack = self._state.edits.stack
-        stack.beginMacro("show as labels")
-        self._state.set_interpolates(False)
-        self._state.tf_input.set(label_tf(volume.over(label_range(volume))))
-        stack.endMacro()
+        with self._state.edits.as_one("show as labels"):
+            self._state.set_interpolates(False)
+            tf = label_tf(volume.over(label_range(volume)))
+            self._state.tf_input.exchange(tf, "show as labels")
 
     def show_scale(self, opened: OpenedVolume) -> None:
         """Stop offering the present scale."""

@@ -7,9 +7,8 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from ramp import make_tf
 
-from app.tf_editor.handles import Selection
 from model.scene.tf_editing import add_opacity_handle
-from model.scene.transfer_function import ColorTF, OpacityTF
+from model.scene.transfer_function import ColorTF
 
 SHIFT = Qt.KeyboardModifier.ShiftModifier
 STOPS = ((100.0, 0, 0, 0), (130.0, 1, 0, 0), (150.0, 0, 1, 0), (170.0, 0, 0, 1), (200.0, 1, 1, 1))
@@ -125,22 +124,38 @@ def test_the_menu_converts_and_replaces_in_one_step_each(editor, state):
     assert state.transfer_function == before
 
 
-def test_a_handle_that_was_added_elsewhere_is_selected_until_it_is_undone(qtbot):
-    selection = Selection()
-    before = make_tf()
-    selection.fit(before)
+def test_the_selection_follows_edits_of_the_handles_and_ends_with_their_tf(editor, state):
+    selection, tf_input = editor.selection, state.tf_input
+    before = state.transfer_function
     selection.select("opacity", 0)
-    opacity, index = add_opacity_handle(before.opacity, 0.9, 0.3)
-    selection.fit(replace(before, opacity=opacity))
+    # Added elsewhere, a handle is selected until that is undone.
+    opacity, index = add_opacity_handle(before.opacity, 150.0, 0.3)
+    tf_input.set(replace(before, opacity=opacity), "add mode")
     assert selection.index("opacity") == index
-    with qtbot.waitSignal(selection.changed):
-        selection.fit(before)
+    state.edits.undo()
     assert selection.index("opacity") == 0
-    # Another TF altogether is no addition.
-    selection.select("color", 0)
-    selection.fit(replace(before, opacity=OpacityTF((0.0, 1.0), points=((0.0, 0.1), (1.0, 0.2)))))
-    assert selection.index("color") == 0
-    # Nor has it the handle that was selected.
-    selection.select("opacity", 1)
-    selection.fit(make_tf(110.0, 120.0, 130.0, 140.0))
-    assert selection.current is None
+    state.edits.redo()
+    # As stops go and come, the others stay selected.
+    few = replace(state.transfer_function, color=ColorTF((100.0, 200.0), STOPS[::2]))
+    for chosen, left in ((3, None), (2, 1)):
+        selection.select("color", chosen)
+        tf_input.set(few, "fewer")
+        assert selection.index("color") == left
+        state.edits.undo()
+        assert selection.index("color") == (left and chosen)
+    # Another TF has other handles, however many; so have B's, and what returns.
+    other = make_tf(110.0, 120.0)
+    for change in (
+        lambda: tf_input.exchange(other, "preset"),
+        state.edits.undo,
+        state.edits.redo,
+        lambda: (tf_input.compare(True), tf_input.exchange(before, "file")),
+        lambda: tf_input.focus("A"),
+        tf_input.swap,
+        lambda: tf_input.copy("A"),
+        state.edits.undo,
+        lambda: tf_input.start(other),
+    ):
+        selection.select("opacity", 1)
+        change()
+        assert selection.current is None
