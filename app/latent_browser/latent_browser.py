@@ -343,8 +343,8 @@ class LatentBrowser(QWidget):
         fitted = fitted_curve(tf)
         self._session.remember_place(fitted, place)
         with self._state.edits.as_one(text):
-            tf = replace(self._state.transfer_function, opacity=fitted)
-            self._state.tf_input.exchange(tf, text)
+            taken = replace(self._state.transfer_function, opacity=fitted)
+            self._state.tf_input.exchange(taken, text)
             if exposure is not None:
                 self._brightness.expose(exposure)
 

@@ -55,7 +55,9 @@ class OpenModel:
         # Whether one path-traced sample, denoised, replaces the model's image because the model
         # knows another light; or will, once the path tracer's kernels are compiled.
         self.draws_path = self.awaits_path = False
-        self.came_unseen = False  # whether it opened with a volume in path-traced light
+        self.shows_image: bool | None = None
+        """Whether its image was asked for; False if it opened in path-traced light, which others
+        draw; None if it is shown where the model draws it."""
         self._path_scene: tuple[Volume, ReferenceSettings] | None = None
         self._promised: Scene | None = None
         self._is_held = False
@@ -73,6 +75,11 @@ class OpenModel:
             return PATH_TIP
         return "" if self.folder is None or self.awaits_path else recorded_errors(self.folder)
 
+    @property
+    def is_shown(self) -> bool:
+        """Whether its image is next to the reference."""
+        return not self.draws_path if self.shows_image is None else self.shows_image
+
     def is_unusual(self, error: float) -> bool:
         """Whether an image's error is far above those of the model's test images."""
         if self.folder is None or self.draws_path:
@@ -84,7 +91,7 @@ class OpenModel:
         self.scene, self._promised = None, promised
         self.draws_codes = False
         self.folder = folder
-        self._is_held, self.came_unseen = folder is not None, False
+        self._is_held, self.shows_image = folder is not None, self.shows_image or None
         if folder is None:
             self._client.stop()
             self._client.pause(NO_MODEL)
@@ -107,7 +114,8 @@ class OpenModel:
         """Show one denoised sample where the reference is path traced."""
         wanted, has_waited = self._path_of(settings), self.awaits_path
         self.awaits_path = wanted is None and self._path_of(coming) is not None
-        self.came_unseen |= self.awaits_path and self._is_held
+        if self.shows_image is None and self.awaits_path and self._is_held:
+            self.shows_image = False
         if wanted != self._path_scene:
             self._path_scene, self.draws_path = wanted, wanted is not None
             self.draws_codes = False

@@ -33,7 +33,6 @@ class SessionContent:
     sensitivity: Choices = field(default_factory=Choices)
     band: Range | None = None
     browsing: bool = False
-    two_images: bool = False  # whether the user asked for both in path-traced light
 
 
 @dataclass(frozen=True)

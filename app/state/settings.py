@@ -134,6 +134,8 @@ class VolumeMemory:
     choice: str = ""
     view: View | None = None
     lighting: LightingChoice = "auto"
+    shows_model: bool | None = None
+    """Whether a model's image was asked for; False where path-traced light hid it."""
     light: LightDirection | None = None
     light_b: LightDirection | None = None  # of B; None for that of A
     brightness: Annotated[float, Meta(ge=0.25, le=32.0)] | None = None

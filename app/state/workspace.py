@@ -156,6 +156,11 @@ class Workspace(QObject):
         self.opening.follow_model()
         self._follow_scene()
 
+    def ask_for_model(self) -> None:
+        """Show the model's image next to the reference, with this volume in any light."""
+        self.model.shows_image = True
+        self._follow_scene()
+
     def fitted(self, transfer_function: TransferFunction) -> TransferFunction:
         """Convert any TF to one that can be edited here."""
         if self.opened is None:
@@ -214,6 +219,8 @@ class Workspace(QObject):
         self.latent.session.start_volume(volume, opened.window)
         if folder != self.model.folder:
             self.open_model(folder)
+        is_chosen = wanted.model is not None and wanted.memory is None
+        self.model.shows_image = None if is_chosen else memory.shows_model
         proposed = "auto" if sample is None or wanted.model is not None else sample.lighting
         self.reference.start(volume, self.model.volume_scene, proposed)
         self._follow_scene()
@@ -397,6 +404,7 @@ class Workspace(QObject):
         if not self._reference_comes_first():
             # The reference, for which the model waited, may be hidden by now.
             self.model.begin()
+        self.keep(shows_model=self.model.shows_image)
 
     def _restart_questions(self) -> None:
         if self.opened is not None:

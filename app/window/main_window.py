@@ -27,6 +27,8 @@ from app.window.menus import Menus
 from app.window.window_parts import WindowParts
 from model.rendering.scale_bar import Scale
 
+B_OPENED = "You edit B now. Click in A to edit A again. C closes B."
+
 
 class MainWindow(WindowParts):
     """Shows the generator's image and the ground truth while the user edits view and TF."""
@@ -82,6 +84,7 @@ class MainWindow(WindowParts):
             (self.crop_card.shownChanged, self._show_crop_handles),
             (self.sensitivity_state.changed, self._show_crop_handles),
             (self.panes.arranged, self.arrange),
+            (self.panes.bothAsked, workspace.ask_for_model),
             (self.state.tf_input.paneChanged, self._show_panes),
             (self.reference.canvas.resized, self._note_pixels),
             (self.generator.canvas.resized, self._note_pixels),
@@ -248,6 +251,8 @@ class MainWindow(WindowParts):
         """Show B if it is compared with A, and mark the edited one."""
         tf_input = self.state.tf_input
         if tf_input.compares and not self.panes.compares:
+            # By undo, too: what it changes is seen.
+            self.status.say(B_OPENED if tf_input.pane == "B" and not self._b_returns else "")
             # The map of TFs takes its place.
             self.latent_state.choose(shown=False)
         self.panes.show_b(tf_input.compares)
@@ -291,8 +296,7 @@ class MainWindow(WindowParts):
     def _show_model(self) -> None:
         """Make room for the generator's image, or give its room to the reference."""
         model = self.workspace.model
-        # One image is enough until they differ, or the model is asked for.
-        self.panes.is_surrogate = model.draws_path or model.came_unseen
+        self.panes.is_enough = not model.is_shown
         self.panes.has_model = model.folder is not None and not model.awaits_path
         self.generator.set_drawer(model.drawer, model.errors)
         self.generator.set_light(LIGHTS[model.lighting])

@@ -49,8 +49,6 @@ DIFFERENCES: dict[DifferenceChoice, str] = {
     "flip": "FLIP: as the eye sees it",
 }
 
-B_OPENED = "You edit B now. Click in A to edit A again. C closes B."
-
 Slot = Callable[[], object]
 Test = Callable[[], bool]
 
@@ -137,10 +135,7 @@ class Menus:
         def is_alone() -> bool:
             return panes.shown == shown
 
-        def show() -> None:
-            panes.shown = "both" if is_alone() else shown
-
-        self._add(menu, "Show alone", show, is_on=is_alone)
+        self._add(menu, "Show alone", partial(panes.toggle_both, shown), is_on=is_alone)
 
         def offer() -> None:
             # With a single image there is nothing to choose.
@@ -164,9 +159,7 @@ class Menus:
             if has_only_b():
                 self._toggle_b()
             elif self._two_follow():
-                # A single image is the true one.
-                panes.is_asked = len(panes.images) < 2
-                panes.shown = "both" if panes.is_asked else "reference"
+                panes.toggle_both()
             refresh()
 
         def show_difference() -> None:
@@ -175,7 +168,7 @@ class Menus:
                 self._toggle_b()
             wanted = wanted and (tf_input.compares or self._two_follow())
             if wanted and not tf_input.compares and len(panes.images) < 2:
-                panes.is_asked, panes.shown = True, "both"
+                panes.toggle_both()
             difference.setChecked(wanted)
             error.set_wanted(wanted)
 
@@ -397,8 +390,6 @@ class Menus:
             window.status.say("There is nothing to compare yet. Open a volume first.")
             return
         tf_input.compare(not tf_input.compares)
-        if tf_input.compares:
-            window.status.say(B_OPENED)
 
     def _toggle_wipe(self) -> None:
         if self._window.state.tf_input.compares:

@@ -22,13 +22,12 @@ class PaneLayout(QSplitter):
     """
 
     arranged = Signal()  # emitted when an image was shown, hidden or moved to the other side
+    bothAsked = Signal()
 
     is_browsing = Painted(False, "_update")  # with the latent browser in the generator's place
     has_model = Painted(False, "_update")  # whether a generator's image could be shown
     shown = Painted[Shown]("both", "_update")  # the images that the user wants to see
-    # Where not the model draws the generator's image, one image is enough until C asks for two.
-    is_surrogate = Painted(False, "_update")
-    is_asked = Painted(False, "_update")
+    is_enough = Painted(False, "_update")  # whether the reference is, until two are asked for
 
     def __init__(self, browser: LatentBrowser, panes: Sequence[EnginePane]) -> None:
         super().__init__(Qt.Orientation.Horizontal)
@@ -80,13 +79,21 @@ class PaneLayout(QSplitter):
         super().resizeEvent(event)
         self._fit_browser()
 
+    def toggle_both(self, alone: Shown = "reference") -> None:
+        """Show one image alone or, if a single one is shown, ask for both."""
+        if len(self.images) > 1:
+            self.shown = alone
+        else:
+            self.shown = "both"
+            self.bothAsked.emit()
+
     def swap(self) -> None:
         """Move the reference to the other side."""
         self.insertWidget(2 if self.is_swapped else 0, self._reference)
         self.arranged.emit()
 
     def _update(self) -> None:
-        both = self.shown == "both" and (self.is_asked or not self.is_surrogate)
+        both = self.shown == "both" and not self.is_enough
         # At least one image is always shown.
         alone = self.shown == "generator" and self.can_compare
         generator = alone or (both and self.can_compare)

@@ -114,8 +114,7 @@ class Sessions(QObject):
         kept = band.values if band is not None and band.kept else None
         settings = part_of(self._preferences.settings, SessionSettings)
         choices, is_browsing = context.sensitivity.choices, context.latent.choices.shown
-        are_two = self._memory.panes.is_asked
-        content = SessionContent(memory, settings, choices, kept, is_browsing, are_two)
+        content = SessionContent(memory, settings, choices, kept, is_browsing)
         return Session(opened.path, opened.fingerprint, content, self._workspace.model.folder)
 
     def open(self, path: Path, volume: Path | None = None) -> None:
@@ -189,7 +188,6 @@ class Sessions(QObject):
         self._preferences.set(**vars(settings))
         # At once, as showing or hiding an image is remembered.
         self._memory.restore_panes()
-        self._memory.panes.is_asked = content.two_images
         # The volume's memory has the light already, and it cannot be undone.
         drawn = vars(part_of(settings, ImageSettings))
         reference.choose(keep=False, lighting=memory.lighting, **drawn)

@@ -60,7 +60,7 @@ class StatusLine(QStatusBar):
             changed.connect(self._show_view)
         regions.changed.connect(self._name_keys)
         # The sentence may be about the edit that was undone.
-        state.edits.undone.connect(self._forget)
+        state.edits.returning.connect(self._forget)
         self._show_view()
         self._name_keys()
 

@@ -34,7 +34,7 @@ MEMORY = VolumeMemory(
     lighting="soft", light=LightDirection(50.0, -20.0), light_b=LightDirection(10.0, 0.0),
     brightness=1.5, light_seconds={"soft": 0.2}, crop=CropBox((0.1, 0.0, 0.0), (1.0, 0.5, 1.0)),
     clip=ClipPlane((1.0, -2.0, 0.3), 0.25),
-    interpolates=False, draws_missing=True, mask="f1.mask.nrrd",
+    interpolates=False, draws_missing=True, shows_model=False, mask="f1.mask.nrrd",
     regions=(region("ribs"), region("spine")), active_region="ribs", region_count=4,
     value_scale="logarithmic", opacity_scale="logarithmic", visible=(110.0, 180.0),
     cross_hair=(0.25, 0.5, 1.0), slice_colors="overlay", gray_window=(105.0, 150.0),

@@ -24,7 +24,7 @@ CONTENT = SessionContent(
     part_of(SETTINGS, SessionSettings),
     Choices(False, False, True, False, "change", "exact", 9.0, 0.1, True, True),
     (120.0, 140.0),
-    *(True, True),
+    True,
 )
 """None of them the usual value."""
 

@@ -243,6 +243,7 @@ def test_b_takes_the_place_of_the_generator(qtbot, make_window, builders):
     # What is undone is seen.
     window.state.edits.undo()
     assert window.panes.images == [window.reference, window.pane_b]
+    assert window.status.news.startswith("You edit B now")
     # The map's end brings back no B of another volume.
     builders.volumes["other"] = make_volume("other")
     window.latent_state.choose(shown=True)

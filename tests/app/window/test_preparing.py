@@ -8,7 +8,7 @@ from PIL import Image
 from PySide6.QtCore import QObject, Qt, Signal
 from PySide6.QtTest import QTest
 from ramp import make_tf, make_volume
-from rested_window import settle
+from rested_window import open_volume, settle
 from window_fakes import PATIENCE_S
 
 from app.engines.client import EngineState
@@ -177,9 +177,13 @@ def test_one_image_is_shown_until_the_path_tracer_can_draw(
     work.choose(lighting="none")
     qtbot.waitUntil(lambda: len(builders.generators) == 1, timeout=1000 * PATIENCE_S)
     assert window.generator.isVisible()
-    # Unasked, the model stays out of sight as before.
-    window.panes.is_asked = False
-    assert not window.generator.isVisible()
+    # As it was left, so it opens: with the model's image, or without where it was not asked for.
+    key = window.workspace.opened.fingerprint
+    assert window.preferences.volume(key).shows_model
+    for shows in (True, False):
+        window.preferences.note_volume(key, shows_model=shows)
+        open_volume(qtbot, window, "ramp")
+        assert window.generator.isVisible() == shows
 
 
 def test_where_vtk_cannot_draw_the_window_says_how_long_the_first_kernel_takes(

@@ -31,7 +31,7 @@ def change_all(window, tf):
     window.sensitivity_state.keep(120.0, 140.0)
     window.overlays.toggle("legend")
     window.overlays.toggle("cube")
-    window.panes.shown, window.panes.is_asked = "reference", True
+    window.panes.shown, window.workspace.model.shows_image = "reference", True
     window.brightness.set(1.5)
     window.brightness.finish()
 
@@ -60,7 +60,7 @@ def test_all_comes_back(qtbot, start_again, builders, volume, tmp_path):
     window.sensitivity_state.release()
     window.sensitivity_state.choose(measure="signed", width=6.0, panel=False)
     window.overlays.toggle("legend")
-    window.panes.shown, window.panes.is_asked = "both", False
+    window.panes.shown, window.workspace.model.shows_image = "both", None
     between = window.sessions.session()
     open_session(qtbot, window, path)
     assert window.sessions.session() == saved
