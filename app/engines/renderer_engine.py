@@ -40,6 +40,7 @@ from model.scene.tf_perturbation import edit_over
 if TYPE_CHECKING:
     from model.rendering.raycast.renderer import RaycastRenderer
 
+FIELD_DISTANCE = 0.25  # most between samples of fields of changes at rest, in voxels
 TILE = 1024  # size of the tiles of saved pictures, in pixels: every OpenGL can draw that
 PREVIEW_SECONDS = 1.5  # of the ray caster's image that is shown until VTK's is drawn
 
@@ -131,11 +132,13 @@ class RendererEngine(Engine):
     def value_sensitivity(
         self, request: ValueSensitivityRequest, watch: Watch = UNWATCHED
     ) -> Array:
-        """Differentiate the image exactly."""
-        renderer = self._ray_caster()
+        """Differentiate the image exactly, at rest with samples close enough to show no rings."""
+        renderer, is_live = self._ray_caster(), request.quality.live
         edit = edit_over(request.values, renderer.scalar_range, request.width)
-        with renderer.asking(watch.go_on, request.quality.live):
-            return renderer.change(request.inputs, request.quality.pixels, edit)
+        apart = renderer.sample_distance
+        apart = apart if is_live else min(apart, FIELD_DISTANCE)
+        with renderer.asking(watch.go_on, is_live):
+            return renderer.change(request.inputs, request.quality.pixels, edit, apart)
 
     def visibility(self, request: VisibilityRequest, watch: Watch = UNWATCHED) -> Array:
         """Compute the visibility of each scalar value."""

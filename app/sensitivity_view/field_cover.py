@@ -273,16 +273,18 @@ class FieldCover(QObject):
         values = self._state.range_text(answer.request.values)
         if is_part:
             self._caption = f"{100 * self.scale:.0f} %: part of a pixel that shows {values}"
-            title, meaning = f"Where {values} is visible", "of the pixel"
+            # It is the same by any engine.
+            title, meaning, source = f"Where {values} is visible", "of the pixel", ""
         else:
             self._caption = self._described(answer)
             title = f"What an edit at {values} changes"
-            meaning = f"change {RISES}, {answer.source}"
+            meaning, source = f"change {RISES}, {answer.source}", answer.source
         band = self._asked.band
         if band is not None and band.kept:
             self._caption += "; Escape returns to the image"
         self._show(colored, measure, meaning)
-        self.pane.name_cover(title, answer.source, self._caption)
+        state = "refining" if answer.request.quality.live else ""
+        self.pane.name_cover(title, ", ".join(filter(None, (source, state))), self._caption)
 
     def _shown(self, answer: Answer[Any]) -> NDArray[np.float64]:
         request = answer.request

@@ -263,7 +263,8 @@ def test_hovering_shows_where_the_value_is_visible_and_with_ctrl_what_an_edit_wo
     field = np.full((16, 16), (band.low - 100) / 100)
     expected = overlay(image, field, scale_of(field), "visible").astype(np.float32)
     qtbot.waitUntil(lambda: window.generator.canvas.cover == to_qimage(expected))
-    # It is the same by any engine: the other image stays as it is.
+    # It is the same by any engine: the other image stays as it is, and the caption names none.
+    assert window.generator.status == ""
     assert window.reference.canvas.cover is None
     assert window.sensitivity.result().kind == "region"
     # Ctrl asks the other question where the mouse is.
