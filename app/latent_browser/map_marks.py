@@ -13,10 +13,9 @@ from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QFontMetricsF, QImage, QPainter, QPen
 
 from app import theme
-from app.number_box import significant
 from app.state.latent_session import Place
 from model.latent.latent_map import CELLS, Brush
-from model.scene.value_scale import values_at
+from model.scene.ranges import value_text
 
 if TYPE_CHECKING:
     from app.state.latent_session import LatentSession
@@ -165,7 +164,7 @@ def shades_of(session: LatentSession, units: str) -> Shades:
     wanted = np.ones(count, dtype=bool) if session.wanted is None else session.wanted
     colors[~wanted] = HIDDEN
     order = np.lexsort((np.arange(count), 2 * wanted + shown))
-    first, last = (significant(float(end), digits=3) for end in values_at((low, high), frame.scale))
+    first, last = (value_text(end, frame.scalar_range, frame.scale) for end in (low, high))
     return Shades(colors, order, f"Value {first}", f"{last} {units}".strip())
 
 

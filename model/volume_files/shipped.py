@@ -15,7 +15,7 @@ RESOURCES = Path(__file__).resolve().parents[2] / "resources"
 
 DEFAULT_VOLUME = RESOURCES / "volumes" / "reacting_jet_temperature_112x112x192_float32.nrrd"
 
-SCAN = RESOURCES / "volumes" / "lidc_chest_256x256x133_uint8.nrrd"  # shown where nothing is named
+SCAN = RESOURCES / "volumes" / "lidc_chest_256x256x133_int16.nrrd"  # shown where nothing is named
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ SAMPLES = (
 )  # fmt: skip
 """The shipped volumes, in the order in which they are offered."""
 
-SCAN_HU = (-1000.0, 1500.0)  # Hounsfield units of the shipped scan's least and greatest byte
+SCAN_HU = (-1000.0, 1500.0)  # range of the shipped scan's TF, in Hounsfield units
 
 
 def shipped_volumes() -> list[Path]:
@@ -54,10 +54,10 @@ def shipped_volumes() -> list[Path]:
 
 
 def sample_of(volume: Volume) -> Sample | None:
-    """Return the sample with a volume's name and dimensions, or None."""
+    """Return the sample with a volume's name, dimensions and type, or None."""
     x, y, z = volume.dimensions
-    start = f"{volume.name.replace(' ', '_')}_{x}x{y}x{z}_"
-    return next((each for each in SAMPLES if each.path.name.startswith(start)), None)
+    stem = f"{volume.name.replace(' ', '_')}_{x}x{y}x{z}_{volume.linear.voxels.dtype}"
+    return next((each for each in SAMPLES if each.path.stem == stem), None)
 
 
 def title_of(path: Path) -> str:

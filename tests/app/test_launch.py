@@ -169,14 +169,14 @@ def test_the_window_is_there_before_slow_libraries_are_loaded():
 
 
 FOLDERS = Path(__file__).parents[:3]  # of this file, of all tests and of tfscope
-CHEST = "resources/volumes/lidc_chest_256x256x133_uint8.nrrd"
+CHEST = "resources/volumes/lidc_chest_256x256x133_int16.nrrd"
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("lighting", ["direct", "path"])
 def test_what_is_prepared_is_not_compiled_again(tmp_path, lighting):
     settings = ReferenceSettings(lighting, renderer="raycast")
-    names = [group.name for group in REAL_BUILDERS.kernels(compilation._ball("uint8"), settings)]
+    names = [group.name for group in REAL_BUILDERS.kernels(compilation._ball("int16"), settings)]
     _run(tmp_path, "-m", "app.prepare_kernels", *names)
     compiled = _kernels(tmp_path)
     assert compiled

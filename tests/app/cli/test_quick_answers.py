@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 
 ROOT = Path(__file__).parents[3]
-VOLUME = ROOT / "resources" / "volumes" / "lidc_chest_256x256x133_uint8.nrrd"
+VOLUME = ROOT / "resources" / "volumes" / "lidc_chest_256x256x133_int16.nrrd"
 MODEL = ROOT / "resources" / "models" / "lidc_chest_paper"
 
 # One process for all of them: the first of the commands that fail is the one to look at.

@@ -16,8 +16,10 @@ from window_fakes import PATIENCE_S
 
 from app.latent_browser.cell_grid import caption_of
 from app.latent_browser.latent_browser import parsed_band
+from app.latent_browser.map_marks import shades_of
 from model.errors import LatentError
 from model.latent.embedding import EmbeddingProcess
+from model.latent.latent_space import TFFrame
 from model.scene.transfer_function import GaussianMode, OpacityTF, TransferFunction
 from model.scene.view import View
 
@@ -305,6 +307,10 @@ def test_a_filter_by_value(qtbot, window):
     assert "rubbish" in window.notice.text
     bar.band.setText("")
     assert session.wanted.all()
+    # The ends of the colours are those of the window, to within a bin: whole numbers of bytes.
+    session.space = replace(session.space, frame=TFFrame((0.0, 255.0), (31.875, 223.125)))
+    shades = shades_of(session, "HU")
+    assert (shades.low, shades.high) == ("Value 32", "223 HU")
 
 
 def test_the_map_is_computed_shown_and_kept(qtbot, make_window, builders, tmp_path):

@@ -23,8 +23,8 @@ SHIPPED = {
     "reacting_jet_temperature_112x112x192_float32.nrrd": (
         ("reacting jet temperature", (112, 112, 192), (1, 1, 1)),
         "3804755c4ea48bdc14dc1f34b9337680c4bb65143574bea81f22e308a9fdb3af"),
-    "lidc_chest_256x256x133_uint8.nrrd": (("lidc chest", (256, 256, 133), (1.40625, 1.40625, 2.5)),
-        "6dd116232122bd2b60c4135038638f375ed87046d550835b5c391bc0fcba43b3"),
+    "lidc_chest_256x256x133_int16.nrrd": (("lidc chest", (256, 256, 133), (1.40625, 1.40625, 2.5)),
+        "7f0a6d4d3fa63a51e95272f565bed928d1c5add4bb6a2f182d0b46aa2858bf98"),
     "fly_212x232x144_uint8.nrrd": (("fly", (212, 232, 144), (1, 1, 1)),
         "2a2ce9861d925d7f2a35ee1e9eb8c007f7b5da6614d6f2e5c556d39073c7ffd6"),
     "shell_116x48x225_uint8.nrrd": (("shell", (116, 48, 225), (1, 1, 1)),
