@@ -64,13 +64,14 @@ class Builders:
 
 
 class GeneratorEngine(requests.Engine):
-    """A trained generator as an engine; images always have the generator's size."""
+    """A trained generator as an engine, kept for the next one; images always have its size."""
 
     scene: Scene
     draws_codes = True
 
-    def __init__(self, generator: Generator) -> None:
+    def __init__(self, generator: Generator, kept: list[Generator]) -> None:
         self._generator, self.scene = generator, generator.scene
+        self._kept = kept
         self._differentiated: tuple[object, Sensitivity] | None = None
 
     @property
@@ -120,6 +121,10 @@ class GeneratorEngine(requests.Engine):
         """Differentiate the generated image forwards."""
         edit = edit_over(request.values, self.scene.scalar_range, request.width)
         return self._sensitivity(request.inputs, request.width).change(edit)
+
+    def close(self) -> None:
+        """Keep the generator: not before, as two threads must not use it at once."""
+        self._kept[:] = [self._generator]
 
     def _sensitivity(self, inputs: SceneInputs, width: float) -> Sensitivity:
         """The derivatives of an image; those of the last image are cached.
@@ -208,10 +213,11 @@ def _analyst_engine(volume: Volume, settings: requests.ReferenceSettings) -> req
     return _reference_engine(volume, replace(settings, renderer="raycast"))
 
 
-def _generator_engine(folder: Path, device: str) -> requests.Engine:
+def _generator_engine(folder: Path, kept: list[Generator], device: str) -> requests.Engine:
     from model.generator.generator import Generator
 
-    return GeneratorEngine(Generator.load(folder, device, fastest=True))
+    generator = kept.pop() if kept else Generator.load(folder, device, fastest=True)
+    return GeneratorEngine(generator, kept)
 
 
 def _latent_space(

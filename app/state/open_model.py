@@ -3,6 +3,7 @@
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 from app.engines.client import EngineClient
 from app.engines.engines import Builders
@@ -61,6 +62,7 @@ class OpenModel:
         self._path_scene: tuple[Volume, ReferenceSettings] | None = None
         self._promised: Scene | None = None
         self._is_held = False
+        self._kept: list[Any] = []  # the loaded generator, while the path tracer draws
 
     @property
     def drawer(self) -> str:
@@ -90,7 +92,7 @@ class OpenModel:
         """Load a model in the background, given the scene of its card; None for no model."""
         self.scene, self._promised = None, promised
         self.draws_codes = False
-        self.folder = folder
+        self.folder, self._kept = folder, []
         self._is_held, self.shows_image = folder is not None, self.shows_image or None
         if folder is None:
             self._client.stop()
@@ -107,7 +109,7 @@ class OpenModel:
             if self._path_scene is not None:
                 build = partial(self._builders.reference, *self._path_scene)
             else:
-                build = partial(self._builders.generator, self.folder)
+                build = partial(self._builders.generator, self.folder, self._kept)
             self._client.start(build, LOADING)
 
     def follow_light(self, settings: ReferenceSettings, coming: ReferenceSettings) -> None:

@@ -82,8 +82,8 @@ class UnreliableBuilders(FakeBuilders):
     def analyst(self, volume, settings):
         return self._engine(None)
 
-    def generator(self, folder, device):
-        return self._engine(super().generator(folder, device).scene)
+    def generator(self, folder, kept, device):
+        return self._engine(super().generator(folder, kept, device).scene)
 
     def _engine(self, scene):
         if not UnreliableEngine.calm and UnreliableEngine.rng.random() < 0.1:

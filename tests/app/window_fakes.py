@@ -173,6 +173,7 @@ class FakeBuilders:
     scene: Scene | None = None
     draws_codes: bool = False
     generators: list[FakeEngine] = field(default_factory=list)
+    kept: list[list] = field(default_factory=list)
     references: list[FakeEngine] = field(default_factory=list)
     analysts: list[FakeEngine] = field(default_factory=list)
     settings: list[ReferenceSettings] = field(default_factory=list)
@@ -225,7 +226,8 @@ class FakeBuilders:
         self.analysts.append(FakeEngine())
         return self.analysts[-1]
 
-    def generator(self, folder, device):
+    def generator(self, folder, kept, device):
+        self.kept.append(kept)
         if self.loading is not None:
             assert self.loading.wait(PATIENCE_S)
         if self.generator_error is not None:

@@ -2,6 +2,7 @@ import math
 import threading
 from dataclasses import replace
 from itertools import count
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from window_fakes import PATIENCE_S, FakeEngine, make_request
 
 from app.engines import drawer, path_tracing, renderer_engine
 from app.engines.drawer import Drawer
-from app.engines.engines import GeneratorEngine
+from app.engines.engines import REAL_BUILDERS, GeneratorEngine
 from app.engines.exactness import STOPS
 from app.engines.pace import LONGEST_SECONDS, SCALES, SHARP_SECONDS, SOON_SECONDS
 from app.engines.path_tracing import PathAnalyst, PathTracingEngine
@@ -451,7 +452,7 @@ SMALL = Quality(16)
 @pytest.fixture(scope="module")
 def engine():
     card = ModelCard(Scene.of(byte_volume(), SIZE.image_size), "draft", SIZE)
-    return GeneratorEngine(Generator(card, lively_network(), torch.device("cpu")))
+    return GeneratorEngine(Generator(card, lively_network(), torch.device("cpu")), [])
 
 
 def test_codes_are_drawn_as_the_tfs_that_they_are_of(engine):
@@ -471,7 +472,14 @@ def test_what_is_kept_of_an_image_belongs_to_it(engine):
     asked = [(INPUTS, half, 6.0), (INPUTS, whole, 6.0), (other, whole, 6.0), (INPUTS, half, 9.0)]
     for inputs, region, width in asked:
         request = RegionSensitivityRequest(inputs, SMALL, region, width)
-        fresh = GeneratorEngine(engine._generator)
+        fresh = GeneratorEngine(engine._generator, [])
         found = request.answer(engine, UNWATCHED)
         np.testing.assert_allclose(found, request.answer(fresh, UNWATCHED), rtol=1e-5, atol=1e-9)
         assert np.abs(found).max() > 0
+
+
+def test_a_model_that_returns_is_not_loaded_again(engine):
+    kept = []
+    GeneratorEngine(engine._generator, kept).close()
+    again = REAL_BUILDERS.generator(Path("missing"), kept, "cpu")
+    assert again._generator is engine._generator and not kept

@@ -240,7 +240,8 @@ def test_the_network_draws_while_the_light_is_path_traced(
     reference.choose(lighting="none")
     settle(qtbot, window)
     assert window.generator.caption.title == "Generator"
-    assert builders.generators[-1] is not model
+    # It is not loaded again.
+    assert builders.generators[-1] is not model and builders.kept[-1] is builders.kept[-2]
     assert window.workspace.sensitivity.exact_source == "exact"
     assert window.workspace.latent.session.model is not None
     # Without the network or the denoiser the model stays.
