@@ -134,9 +134,8 @@ class RendererEngine(Engine):
     ) -> Array:
         """Differentiate the image exactly, at rest with samples close enough to show no rings."""
         renderer, is_live = self._ray_caster(), request.quality.live
+        apart = None if is_live else FIELD_DISTANCE
         edit = edit_over(request.values, renderer.scalar_range, request.width)
-        apart = renderer.sample_distance
-        apart = apart if is_live else min(apart, FIELD_DISTANCE)
         with renderer.asking(watch.go_on, is_live):
             return renderer.change(request.inputs, request.quality.pixels, edit, apart)
 
@@ -159,8 +158,7 @@ class RendererEngine(Engine):
         renderer = self._ray_caster()
         edit = edit_over(request.values, renderer.scalar_range, request.width)
         weights, pixels = edit / edit.max(), request.quality.pixels
-        apart = renderer.sample_distance
-        apart = apart if request.quality.live else min(apart, CLOSE)
+        apart = None if request.quality.live else CLOSE
         with renderer.asking(watch.go_on):
             return renderer.value_visibility(request.inputs, pixels, weights, apart)
 

@@ -119,6 +119,7 @@ WIDTH, POPOVER_WIDTH, PLOT_HEIGHT = 76, 400, 140  # of the slider, and of what i
 WAITING = "Measured as soon as the image at rest is complete."
 MEASURING = "Measuring {} of {} …"
 MEASURED = "Measured in this scene, with {} × {} pixels at rest."
+STILL = "\nAll pixels still differ by {} from the image at rest, which {}."
 
 WIDEST, UNKNOWN = "999 / s, error .0000", "measure speed"
 """The longest text, so that nothing moves as it changes, and the text without numbers."""
@@ -212,7 +213,12 @@ class TradeOffPopover(QFrame):
         self.plot.show_trade_off(self._trade_off.found, stops, self._work.choices.stop)
         if stops:
             pixels = self._work.raster
-            self.status.setText(MEASURED.format(pixels.width, pixels.height) + _alike_text(stops))
+            text = MEASURED.format(pixels.width, pixels.height) + _alike_text(stops)
+            if (left := self._trade_off.found[-1].error) >= LEAST_SHOWN:
+                is_traced = self._work.settings.lighting == "path"
+                why = "has more samples" if is_traced else "VTK draws"
+                text += STILL.format(error_text(left), why)
+            self.status.setText(text)
         elif self._trade_off.begun:
             self.status.setText(MEASURING.format(self._trade_off.begun, len(SCALES)))
         else:
@@ -311,8 +317,8 @@ class ExactnessSlider(QWidget):
         self.slider.setAccessibleName(f"From fast to exact: {name}")
         tip = (
             f"<qt><b>{name}</b><br>While something moves: {moving}.<br>At rest: {rest}.<br>"
-            "The numbers are the measured rate and error (RMSE) of the last moving images. Click "
-            "them to measure all stops.</qt>"
+            "The numbers are the rate of the last moving images, and their difference (RMSE) from "
+            "the image at rest. Click them to measure all stops.</qt>"
         )
         for widget in (self.slider, self.figures, *self._ends):
             widget.setToolTip(tip)
