@@ -85,7 +85,7 @@ def _print(result: dict[str, Any]) -> None:
         cells += [f"{other[s]:.4f}" if other else "" for s in statistics]
         rows.append([label, *cells])
     print_table(f"{result['count']} hold-out samples", ["", *heading], rows)
-    print(f"nearest: the nearest of {neighbor['count']} training images, by RMSE")
+    print(f"p95: 95 % are better; nearest: by RMSE, of {neighbor['count']} training images")
     kinds = [f"{kind} {k['rmse']:.4f} ({k['count']})" for kind, k in result["kinds"].items()]
     print(f"image RMSE by kind of opacity TF (samples): {', '.join(kinds)}")
     if (agreement := result.get("sensitivity_agreement")) is None:

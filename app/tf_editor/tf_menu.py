@@ -95,7 +95,7 @@ class PresetMenu(QMenu):
         histogram = self._area.histogram
         scalar_range = self._state.scalar_range
         is_smooth = self._state.interpolates
-        what = "Three modes, by the volume's histogram" if is_smooth else "Each label in its colour"
+        what = "The volume's first TF" if is_smooth else "Each label in its colour"
         # Like the others, it keeps the range.
         default = Preset("Default", what, fit_to_range(self._state.default, scalar_range))
         if not is_smooth:

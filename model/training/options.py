@@ -171,7 +171,7 @@ class Budget:
             raise TrainingError("Give the budget either in minutes or in samples.")
         limit = self.minutes if self.minutes is not None else self.samples
         if limit is None or not limit > 0 or not math.isfinite(limit):
-            raise TrainingError(f"A training budget of {limit} is not positive.")
+            raise TrainingError(f"A training budget must be a number above 0, not {limit}.")
 
     def spent(self, seconds: float, samples: int) -> float:
         """Fraction of the budget used, from 0; at 1 it is exhausted."""
