@@ -24,6 +24,7 @@ from model.files import write_atomically
 from model.json_files import MalformedError, build_valid, read_json
 from model.scene.mask import Mask
 from model.scene.volume import Volume
+from model.volume_files.shipped import RESOURCES
 
 LOCK_PATIENCE_S = 5.0  # after which a file is written without its lock: its holder hangs
 
@@ -374,7 +375,8 @@ def _first(text: str, others: tuple[str, ...]) -> tuple[str, ...]:
 def _with_recent(settings: Settings, kind: RecentKind, path: Path) -> Settings:
     name = f"recent_{kind}"
     changes: dict[str, Any] = {name: _first(str(path), getattr(settings, name))}
-    if kind != "models":
+    # Files are neither looked for nor saved among the program's own.
+    if kind != "models" and not path.is_relative_to(RESOURCES):
         changes["last_folder"] = str(path.parent)
     return replace(settings, **changes)
 

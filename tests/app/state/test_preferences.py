@@ -15,6 +15,7 @@ from app.state.preferences import MOST_RECENT, Preferences, settings_file, volum
 from app.state.settings import Settings, VolumeMemory
 from model.json_files import build_valid
 from model.scene.view import View
+from model.volume_files.shipped import SCAN
 
 
 @pytest.fixture(autouse=True)
@@ -152,6 +153,8 @@ def test_recent_files_are_the_newest_ones_each_once(tmp_path):
         preferences.note_recent("transfer_functions", path)
     expected = [files[5], *(p for p in reversed(files) if p != files[5])][:MOST_RECENT]
     assert preferences.recent("transfer_functions") == expected
+    # Nothing is saved next to a sample unless that is chosen.
+    preferences.note_recent("volumes", SCAN)
     assert preferences.settings.last_folder == str(tmp_path / "data")
     preferences.set(recent_transfer_functions=())
     assert preferences.recent("transfer_functions") == []
