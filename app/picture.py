@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QBuffer, QIODevice, QRect, Qt
-from PySide6.QtGui import QColor, QImage, QLinearGradient, QPainter
+from PySide6.QtGui import QColor, QImage, QImageWriter, QLinearGradient, QPainter
 
 from model.errors import RenderError, os_errors_as
 from model.files import write_atomically
@@ -113,6 +113,12 @@ def save_image(path: Path, picture: QImage) -> None:
     remedy = "make room, or choose another place"
     with os_errors_as(RenderError, f"{path}: the picture cannot be written", remedy):
         write_atomically(path, bytes(buffer.data().data()))
+
+
+def suffixes() -> tuple[str, ...]:
+    """Suffixes of the image files that Qt can write, PNG first."""
+    endings = {bytes(e.data()).decode() for e in QImageWriter.supportedImageFormats()} - {"png"}
+    return ".png", *sorted(f".{ending}" for ending in endings)
 
 
 def software() -> str:

@@ -69,7 +69,7 @@ class EnginePane(QWidget):
         self._newest = -1
         self.rgba: NDArray[np.float32] | None = None
         self.detail = self._drawer = self.light = self._coming = self._remark = self._masked = ""
-        self._most_samples = self._samples = 0
+        self._most_samples = self.samples = 0
         self._is_unusual = False
         self.note = self._note_tip = self._tip = self._speed = ""
         self._cover = ("", "", "")
@@ -109,7 +109,7 @@ class EnginePane(QWidget):
         """Name the light of the image, and the one that follows once it can be drawn, if any."""
         if light != self.light:
             # They belong to an image in the previous light.
-            self._samples = 0
+            self.samples = 0
         self.light, self._coming, self._most_samples = light, coming, most_samples
         self._show_status()
 
@@ -128,6 +128,15 @@ class EnginePane(QWidget):
         """Whether there is an image that is up to date and not covered."""
         is_there = self.rgba is not None and not self.canvas.message
         return is_there and not self._is_late and not self._cover[0]
+
+    @property
+    def whole(self) -> NDArray[np.float32] | None:
+        """The image if it shows the present inputs in all pixels, if not in all samples."""
+        is_present = self._shown is not None and self._wanted in (None, self._shown)
+        if self.rgba is None or self._speed or not is_present:
+            return None
+        is_full = self.rgba.shape[1::-1] == self.canvas.pixels
+        return self.rgba if is_full or self.engine == "learned" else None
 
     @property
     def status(self) -> str:
@@ -193,7 +202,7 @@ class EnginePane(QWidget):
         if self.engine == "exact":
             # More is in the tooltip.
             self._drawer = by.partition(",")[0]
-            self._samples = 0 if result.image.is_preview else result.image.samples
+            self.samples = 0 if result.image.is_preview else result.image.samples
         moves = request.quality.live and result.seconds > 0
         self._speed = f"moving {short(min(1 / result.seconds, 999))} fps" if moves else ""
         self._shown, self._is_late = request.inputs, False
@@ -276,7 +285,7 @@ class EnginePane(QWidget):
 
     def _drawn_text(self) -> str:
         """Light and progress of the image: "path traced, 8 of 32 samples"."""
-        count, most = self._samples, self._most_samples
+        count, most = self.samples, self._most_samples
         if not (count and most):
             return self._drawer
         if self._is_finer_next and count < most:

@@ -278,6 +278,7 @@ class FindingsPanel(QFrame):
         if self.isHidden() == self.is_open:
             self._keep_room(self._plot.underMouse())
             self.setVisible(self.is_open)
+            self.raise_()
             self.fitted.emit()
 
     def fold(self, width: int, height: int) -> None:
@@ -295,16 +296,21 @@ class FindingsPanel(QFrame):
         self.show_open()
 
     def eventFilter(self, _plot: QObject, event: QEvent) -> bool:
-        """Give its room to the plot once the mouse has left that."""
+        """Share the room with the plot again once the mouse has left that."""
         if event.type() == QEvent.Type.Leave:
             self._keep_room(False)
         return False
 
     def _keep_room(self, keeps: bool) -> None:
-        """Set whether the plot keeps its width while the panel is closed."""
-        policy = self.sizePolicy()
-        policy.setRetainSizeWhenHidden(keeps)
-        self.setSizePolicy(policy)
+        """Set whether the plot keeps its width while the panel opens, over it, or closes."""
+        editor = self.parentWidget()
+        row = None if editor is None else editor.layout()
+        if editor is None or row is None:
+            return
+        row.setEnabled(not keeps)
+        row.activate()
+        if keeps:
+            self.setGeometry(editor.rect().adjusted(editor.width() - WIDTH, 0, 0, 0))
 
     def leaveEvent(self, event: QEvent) -> None:
         """List the present values, once the mouse has left the rows."""

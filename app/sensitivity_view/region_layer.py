@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from html import escape
 from typing import cast
 
-from PySide6.QtCore import QEvent, QObject, QPointF, QRect, QRectF, QSize, Qt
+from PySide6.QtCore import QEvent, QObject, QPoint, QPointF, QRect, QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QCursor, QMouseEvent, QPainter, QPen, QPolygonF
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QWidget
 
@@ -431,9 +431,18 @@ class PlaceLabel(Card):
             return
         self.adjustSize()
         rect, canvas = self._canvas.image_rect, self._canvas
-        x = round(rect.left() + place[0] * rect.width()) + AWAY
-        y = round(rect.top() + place[1] * rect.height()) + AWAY
-        self.move(
-            max(min(x, canvas.width() - self.width() - EDGE), EDGE),
-            max(min(y, canvas.height() - self.height() - EDGE), EDGE),
-        )
+        x = round(rect.left() + place[0] * rect.width())
+        y = round(rect.top() + place[1] * rect.height())
+        size = self.size()
+        xs, ys = (x + AWAY, x - AWAY - size.width()), (y + AWAY, y - AWAY - size.height())
+        corners = [
+            (
+                max(min(left, canvas.width() - size.width() - EDGE), EDGE),
+                max(min(top, canvas.height() - size.height() - EDGE), EDGE),
+            )
+            for top in ys
+            for left in xs
+        ]
+        others = (c for c in self.window().findChildren(Card) if c.isVisible() and c is not self)
+        cards = [QRect(canvas.mapFromGlobal(c.mapToGlobal(QPoint())), c.size()) for c in others]
+        self.move(*map(round, freest(corners, size, cards)))

@@ -461,11 +461,14 @@ class SlicesColumn(QWidget):
         if value is not None:
             said = f"value {value:.9g} {volume.units}".rstrip()
             name = self._state.viewer.label_name(value)
-        voxel = ", ".join(str(n + 1) for n in slices.voxel_of(volume, place))
-        self.value.set_full_text("   ".join(filter(None, (said, name, f"voxel {voxel}"))))
+        voxel = f"voxel {', '.join(str(n + 1) for n in slices.voxel_of(volume, place))}"
         step, found = min(volume.spacing), slices.coordinates(volume, place)
         numbers = [f"{axis} {_written(number, step)}" for axis, number in found]
-        self.where.set_full_text("  ".join([*numbers, volume.file.spacing_unit]).rstrip())
+        where = "  ".join([*numbers, volume.file.spacing_unit]).rstrip()
+        # Two lines in any case, so that they are level with the menu.
+        lines = (said, name, voxel if where else ""), where or voxel
+        self.value.set_full_text("   ".join(filter(None, lines[0])))
+        self.where.set_full_text(lines[1])
 
 
 def _window_text(window: Range) -> str:

@@ -58,6 +58,11 @@ class EditedTF(EditedInput[TransferFunction]):
             pairs = (self.value, self._other), (value, _fitted(self._other, value))
             self._history.change(partial(self._show_pair, self.pane, False), *pairs, text)
 
+    def focus_other(self) -> None:
+        """Edit the other one of A and B from now on, if both are shown."""
+        if self.compares:
+            self.focus(other_pane(self.pane))
+
     def copy(self, source: PaneName) -> None:
         """Copy a pane's TF to the other one, which gets the focus: an edit."""
         tf, target = self.of(source), other_pane(source)

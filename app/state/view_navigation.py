@@ -127,15 +127,17 @@ class ViewNavigation(QObject):
     def set_reach(self, reach: Reach, follow: bool = False) -> None:
         """Set what the home view has to fit, see :data:`model.scene.region.Reach`.
 
-        If asked, a view that is the home view becomes the new one. Otherwise the image, and a
-        region in it, show the same as before.
+        If asked, a view that is the home view becomes the new one, and one from its distance takes
+        the new distance. Otherwise the image, and a region in it, show the same as before.
         """
         if reach != self._reach:
             self._reach = reach
-            at_home = self.is_at_home and not self._view_moving
+            at_home, is_as_far = self.is_at_home, self.view.distance == self._home.distance
             self._home = self._upright_home()
-            if follow and at_home:
+            if follow and at_home and not self._view_moving:
                 self._look(self.home)
+            elif follow and is_as_far and not self._view_moving:
+                self._look(self.turned(replace(self.view, distance=self._home.distance)))
             self.navigationChanged.emit()
 
     def set_up_axis(self, up: str) -> None:

@@ -379,13 +379,19 @@ class Comparison:
     truth: Image
     is_of_b: bool = False
     by_flip: bool = False
+    most: float | None = None  # difference at the last colour; None for one that suits the images
 
     @classmethod
-    def of(cls, images: Mapping[str, tuple[Rgba, float]], by_flip: bool = False) -> Comparison:
+    def of(
+        cls,
+        images: Mapping[str, tuple[Rgba, float]],
+        by_flip: bool = False,
+        most: float | None = None,
+    ) -> Comparison:
         """Compare images of a figure by their names, in colours of 0..1 or 0..255."""
         name = "b" if "b" in images else "generator"
         drawn, truth = (_colors(images[each][0]) for each in (name, "reference"))
-        return cls(drawn, truth, name == "b", by_flip)
+        return cls(drawn, truth, name == "b", by_flip, most)
 
     def is_of(self, other: Comparison | None) -> bool:
         """Return whether the same images are compared in the same way."""
@@ -444,7 +450,7 @@ class Comparison:
     @cached_property
     def scale(self) -> float:
         """Difference at the last colour."""
-        return scale_of(self.difference, LEAST_DIFFERENCE)
+        return self.most or scale_of(self.difference, LEAST_DIFFERENCE)
 
     @cached_property
     def colored(self) -> NDArray[np.float64]:

@@ -66,6 +66,7 @@ class FigureDialog(QDialog):
         self.keep = QCheckBox("Keep proportions")
         self.keep.setChecked(True)
         self.movie_box = QCheckBox("One full turn, as a movie")
+        self._no_movie = label("No movie: a difference is saved as it is shown", "dim")
         self.seconds_box, self.rate_box = QDoubleSpinBox(), QSpinBox()
         self.seconds_box.setDecimals(1)
         self._limit(self.seconds_box, SHORTEST, LONGEST, begin.seconds or 8.0)
@@ -124,6 +125,7 @@ class FigureDialog(QDialog):
         rows: list[tuple[str, QWidget | QHBoxLayout | None]] = [
             ("Show", self.which_box),
             ("", self.movie_box),
+            ("", self._no_movie),
             ("Seconds", self.seconds_box),
             ("Frames per second", self.rate_box),
             ("Size", self.size_box),
@@ -178,8 +180,8 @@ class FigureDialog(QDialog):
     def _follow(self) -> None:
         """Enable what the choices allow, and show a preview."""
         which, is_movie = self.which_box.currentData(), self.movie_box.isChecked()
-        # The difference is saved as it is on the screen.
         self._form.setRowVisible(self.movie_box, which != "difference")
+        self._form.setRowVisible(self._no_movie, which == "difference")
         if is_movie and which == "difference":
             self.movie_box.setChecked(False)
             return

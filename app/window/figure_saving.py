@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject
-from PySide6.QtGui import QGuiApplication, QImage, QImageWriter
+from PySide6.QtGui import QGuiApplication, QImage
 from PySide6.QtWidgets import QDialog, QProgressDialog
 
 from app.engines.background import LatestCall
@@ -20,7 +20,7 @@ from app.engines.client import Channels, EngineState
 from app.engines.messages import Result
 from app.engines.requests import PictureRequest, Quality, SupersededError
 from app.number_box import short
-from app.picture import save_image
+from app.picture import save_image, suffixes
 from app.state.open_model import LIGHTS
 from app.state.settings import FigureSettings
 from app.state.slow_answers import SlowAnswers
@@ -76,7 +76,8 @@ class _Job:
     chosen: Any  # the user's choice: if its engine is replaced, the next one draws the same
     by_flip: bool = False
     images: dict[str, tuple[Rgba, float]] = field(default_factory=dict)
-    lights: dict[str, str] = field(default_factory=dict)  # of the images that were asked for
+    lights: dict[str, str] = field(default_factory=dict)  # of the images, in words
+    scale: float | None = None  # end of the difference's colours: all of a movie has the first's
     error: float | None = None  # estimated error of the reference's image; None without an estimate
     drawn: int = 0
     pictures: SimpleQueue[NDArray[np.uint8] | None] = field(default_factory=SimpleQueue)
@@ -152,7 +153,8 @@ class FigureSaving(QObject):
         if copies:
             which = first.which if first.which in sizes else next(iter(sizes))
             width, height = sizes[which]
-            self._draw(replace(first, which=which, width=width, height=height, seconds=0.0), None)
+            choice = replace(first, which=which, width=width, height=height, seconds=0.0)
+            self._draw(choice, None, as_shown=True)
             return
         dialog = FigureDialog(sizes, first, self._context.window)
         for name, pane in self._panes.items():
@@ -167,11 +169,11 @@ class FigureSaving(QObject):
         if accepted and dialog.copies:
             self.draw(choice, None)
         elif accepted:
-            filters, suffixes, name = FIGURE_FILTER, _suffixes(), "figure"
+            filters, endings, name = FIGURE_FILTER, suffixes(), "figure"
             if choice.seconds:
-                filters, suffixes, name = MOVIE_FILTER, SUFFIXES, "turntable"
-            name = proposed_name(self._context, name, suffixes[0])
-            place = ask_for_place(self._context, "Save figure", filters, suffixes, name)
+                filters, endings, name = MOVIE_FILTER, SUFFIXES, "turntable"
+            name = proposed_name(self._context, name, endings[0])
+            place = ask_for_place(self._context, "Save figure", filters, endings, name)
             if place is not None:
                 self.draw(choice, place)
 
@@ -220,25 +222,26 @@ class FigureSaving(QObject):
         self._remember(choice)
         self._draw(choice, place)
 
-    def _draw(self, choice: FigureChoice, place: Path | None) -> None:
+    def _draw(self, choice: FigureChoice, place: Path | None, as_shown: bool = False) -> None:
         self._end()
         state = self._context.state
-        inputs = state.inputs_of("A")
-        frames = [inputs]
+        frames = [state.inputs_of("A")]
         if choice.seconds:
-            pivot = (float(state.pivot[0]), float(state.pivot[1]), float(state.pivot[2]))
-            views = turntable(
-                state.view, choice.frame_count, state.up_axis, state.proportions, pivot
-            )
-            frames = [replace(inputs, view=view) for view in views]
+            x, y, z = map(float, state.pivot)
+            axes = state.up_axis, state.proportions, (x, y, z)
+            views = turntable(state.view, choice.frame_count, *axes)
+            frames = [replace(frames[0], view=view) for view in views]
         job = self._job = self._new_job(choice, place, frames)
         if choice.which == "difference":
             # From the images as shown, so that the figure has the numbers of the screen.
             job.images = self._compared()
-            if job.images:
-                self._compose(job)
-            else:
+            if not job.images:
                 self._fail("There is no difference to save yet. Wait until both images are final.")
+                return
+        elif as_shown:
+            self._take_shown(job)
+        if not job.lacking:
+            self._compose(job)
             return
         what = f"Drawing {choice.width} × {choice.height} pixels …"
         if choice.seconds and place is not None:
@@ -271,6 +274,14 @@ class FigureSaving(QObject):
         look, volume = self._context.state.tf_input.look, opened and opened.volume
         return volume, workspace.model.folder, workspace.reference.choices, look
 
+    def _take_shown(self, job: _Job) -> None:
+        """Take those images of the screen that need not be drawn again."""
+        for name in job.names:
+            pane = self._panes[name]
+            if pane.whole is not None:
+                job.images[name] = pane.whole, self._brightness(name)
+                job.lights[name] = _light_text(pane.light, pane.samples)
+
     def _ask(self, channels: Channels[str], job: _Job, samples: int, enlarged: int = 1) -> None:
         """Request the missing images of a job's next frame at this size."""
         size, work = panels(job.choice)[-1].size() / enlarged, self._context.workspace.reference
@@ -279,7 +290,7 @@ class FigureSaving(QObject):
             each = 1 if name == "generator" else max(samples, 1)
             quality = Quality(raster.shorter, raster=raster, samples=each)
             inputs, settings = job.frames[job.drawn], None
-            job.lights[name] = self._panes[name].light
+            job.lights[name] = _light_text(self._panes[name].light, each)
             if name == "b" and job.subject.b is not None:
                 inputs = replace(job.subject.b, view=inputs.view)
                 settings = None if work.settings_b == work.settings else work.settings_b
@@ -317,9 +328,9 @@ class FigureSaving(QObject):
 
     def _compose(self, job: _Job) -> None:
         """Compose a frame from its images; then draw the next one, or deliver all."""
-        if job.by_flip:
-            compared = Comparison.of(job.images, by_flip=True)
-            # The first one loads what the window starts without.
+        if "difference" in job.choice.names:
+            compared = Comparison.of(job.images, job.by_flip, job.scale)
+            # FLIP takes long; the first one loads what the window starts without.
             self._comparing.ask(lambda: (job, compared, compared.colored))
         else:
             self._take_compared((job, None, None))
@@ -337,6 +348,7 @@ class FigureSaving(QObject):
         if self._preview is not None and is_preview:
             self._preview[0].show_preview(image)
             return
+        job.scale = None if compared is None else compared.scale
         job.drawn += 1
         if not choice.seconds:
             self._end()
@@ -349,9 +361,7 @@ class FigureSaving(QObject):
             return
         job.images.clear()
         job.pictures.put(pixels_of(image))
-        if self.progress is not None:
-            self._say_left(job, job.drawn / len(job.frames))
-            self.progress.setValue(job.drawn)
+        self._show_done(job, job.drawn / len(job.frames))
         if self._job is not job:
             # Cancelled while the progress bar was painted.
             return
@@ -392,14 +402,12 @@ class FigureSaving(QObject):
             name = "the figure" if job.place is None else job.place.name
             what = f"Drawing {name}, {job.choice.width} × {job.choice.height} pixels …"
             self._show_progress("Save figure", what, STEPS)
-        if self.progress is not None:
-            self._say_left(job, part)
-            self.progress.setValue(int(STEPS * part))
+        self._show_done(job, part)
 
-    def _say_left(self, job: _Job, part: float) -> None:
+    def _show_done(self, job: _Job, part: float) -> None:
         if self.progress is not None:
-            what = self.progress.labelText().split("\n")[0]
-            self.progress.setLabelText(what + job.left(part))
+            self.progress.setLabelText(self.progress.labelText().split("\n")[0] + job.left(part))
+            self.progress.setValue(round(part * self.progress.maximum()))
 
     def _show_progress(self, title: str, text: str, steps: int) -> None:
         self.progress = progress = QProgressDialog(text, "Cancel", 0, steps, self._context.window)
@@ -451,27 +459,22 @@ class FigureSaving(QObject):
         before, self._preview = self._preview, (dialog, job)
         if choice.which == "difference":
             job.images = self._compared()
-        elif before is not None and _shape(before[1].choice) == _shape(small):
-            job.images = before[1].images
-        if job.images or choice.which == "difference":
-            self._show_preview()
-        else:
+        elif before is not None:
+            old = before[1].choice
+            if (old.which, old.width, old.height) == (choice.which, width, height):
+                job.images = before[1].images
+        if not job.lacking:
+            self._compose(job)
+        elif choice.which != "difference":
             self._ask(self._previews, job, min(choice.samples, PREVIEW_SAMPLES), ENLARGED)
 
     def _take_preview(self, name: str, result: Result) -> None:
-        if self._preview is not None and result.value is not None:
-            if not self._previews[name].is_pending:
-                self._preview[1].images[name] = result.value, self._brightness(name)
-            self._show_preview()
-
-    def _show_preview(self) -> None:
-        if self._preview is not None and not self._preview[1].lacking:
-            self._compose(self._preview[1])
-
-
-def _shape(choice: FigureChoice) -> tuple[Which, int, int]:
-    """The options that determine a preview's images."""
-    return choice.which, choice.width, choice.height
+        if self._preview is None or result.value is None or self._previews[name].is_pending:
+            return
+        job = self._preview[1]
+        job.images[name] = result.value, self._brightness(name)
+        if not job.lacking:
+            self._compose(job)
 
 
 def _add_texts(image: QImage, job: _Job) -> None:
@@ -483,9 +486,7 @@ def _add_texts(image: QImage, job: _Job) -> None:
         return
     said = []
     for name in job.names:
-        light, count = job.lights[name], 1 if name == "generator" else choice.samples
-        if light == LIGHTS["path"]:
-            light = f"{light}, {count} sample{'s' * (count > 1)} of each pixel"
+        light = job.lights[name]
         title = job.subject.titles[name].partition(",")[0]
         said.append(light if len(job.names) == 1 else f"{title}: {light}")
     image.setText("Light", "; ".join(said))
@@ -494,7 +495,6 @@ def _add_texts(image: QImage, job: _Job) -> None:
         image.setText("Error", text)
 
 
-def _suffixes() -> tuple[str, ...]:
-    """Suffixes of the image files that Qt can write, PNG first."""
-    endings = {bytes(e.data()).decode() for e in QImageWriter.supportedImageFormats()} - {"png"}
-    return ".png", *sorted(f".{ending}" for ending in endings)
+def _light_text(light: str, samples: int) -> str:
+    is_traced = light == LIGHTS["path"]
+    return f"{light}, {samples} sample{'s' * (samples > 1)} of each pixel" if is_traced else light

@@ -19,6 +19,7 @@ R, then drag in an image | draw a rectangle (L: a lasso) | R | region
 Right drag, or Ctrl and drag; Page up, down | roll
 Middle drag, or Shift and drag; Ctrl and arrow keys | pan
 Double click, or Home | return to the first view
+F | fit the whole volume into the image | F | fit
 Click a face of the cube | look from there; drag it to turn
 Drag a round handle of the crop box (K) | move that plane
 Shift+K | cut by a plane that faces the viewer; drag its arrow to turn it
@@ -29,7 +30,7 @@ C, D | two images or one; their difference
 Shift+O | show or hide the opacity images
 Drag the ball in the top bar, or Ctrl, Shift and drag | move the light
 # A and B (A)
-Click an image | edit its TF
+Click an image; Shift+A | edit its TF; that of the other one
 Ctrl+Shift+B | swap A and B
 Ctrl+Shift+W | both in one image; drag the line between them
 # Slices (S)

@@ -289,7 +289,7 @@ class Menus:
             window.crop_card.set_shown(True)  # with the keys that move the plane
 
         self._add(menu, "&Reset view", state.reset_view, "Ctrl+0")
-        self._add(menu, "&Zoom to fit", state.view_whole, "Ctrl+9")
+        self._add(menu, "&Zoom to fit", state.view_whole, "F")
         sides = menu.addMenu("Fr&om")
         for number, name in enumerate(STANDARD_VIEWS, start=1):
             self._add(sides, name, partial(state.look_from, name), f"Ctrl+{number}")
@@ -333,8 +333,7 @@ class Menus:
             lambda: workspace.opening.draw_missing(not draws_missing()),
             is_on=draws_missing, is_there=has_missing,
         )  # fmt: skip
-        slices = window.slices
-        self._add(menu, "Sli&ces", slices.toggle, "S", is_on=lambda: slices.is_shown)
+        self._add(menu, "Sli&ces", window.slices.toggle, "S", is_on=lambda: window.slices.is_shown)
         for overlay, text, keys in OVERLAYS:
             toggle, has = partial(overlays.toggle, overlay), partial(overlays.has, overlay)
             self._add(menu, text, toggle, keys, is_on=has)
@@ -360,6 +359,7 @@ class Menus:
         self._add(menu, "&Copy A to B", partial(work.copy, "A"))
         self._add(menu, "Copy &B to A", partial(work.copy, "B"))
         self._add(menu, "&Swap A and B", work.swap, "Ctrl+Shift+B")
+        self._add(menu, "&Edit the other image", tf_input.focus_other, "Shift+A")
         self._add_choices(
             menu.addMenu("&Renderer of B"),
             {None: "That of A", **DRAWINGS},

@@ -166,6 +166,7 @@ class Floating(QObject):
         self._around: QWidget | None = None
         self._grip: tuple[QWidget, QPoint] | None = None
         self._moved: dict[QWidget, QPointF] = {}
+        self._row: list[QWidget] = []  # at the bottom, in the order in which they were shown
         area.installEventFilter(self)
 
     def add(self, column: Literal["top", "bottom"], widget: QWidget) -> None:
@@ -201,7 +202,12 @@ class Floating(QObject):
             size = self._size_of(widget, area)
             widget.setGeometry((area.width() - size.width()) // 2, y, size.width(), size.height())
             y += size.height() + GAP
-        sizes = {widget: self._size_of(widget, area) for widget in self._shown("bottom")}
+        shown = self._shown("bottom")
+        self._row += [widget for widget in shown if widget not in self._row]
+        while self._row and self._row[-1] not in shown:
+            # One that is closed keeps its room until those that came later are closed, too.
+            self._row.pop()
+        sizes = {widget: self._size_of(widget, area) for widget in self._row}
         for widget in [widget for widget in sizes if widget in self._moved]:
             size, share = sizes.pop(widget), self._moved[widget]
             free = _room(area, size)

@@ -49,6 +49,17 @@ def test_a_region_opens_the_panel_and_escape_closes_both(qtbot, window):
     QApplication.sendEvent(area.widget, QEvent(QEvent.Type.Leave))
     qtbot.waitUntil(lambda: area.rect == before)
     assert box_of(chip, window) == place
+    # Opened by a key, it lies over the plot until then.
+    area.widget.setAttribute(Qt.WidgetAttribute.WA_UnderMouse)
+    QTest.keyClick(window, Qt.Key.Key_F8)
+    QApplication.processEvents()
+    box = findings.geometry()
+    assert area.rect == before and findings.isVisible() and box.width() == 276
+    QApplication.sendEvent(area.widget, QEvent(QEvent.Type.Leave))
+    qtbot.waitUntil(lambda: area.rect.width() == narrow)
+    assert findings.geometry() == box
+    area.widget.setAttribute(Qt.WidgetAttribute.WA_UnderMouse, False)
+    QTest.keyClick(window, Qt.Key.Key_F8)
     # The button, the key and the panel's own one do it, too.
     window.sensitivity.chips.panel.click()
     assert findings.isVisible()

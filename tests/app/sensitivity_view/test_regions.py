@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 from mouse_events import at, drag
-from PySide6.QtCore import QPoint, QRectF, Qt
+from PySide6.QtCore import QPoint, QRect, QRectF, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QInputDialog
 from sensitivity_events import asked, hover
@@ -148,6 +148,16 @@ def test_a_click_names_the_values_there_and_edits_them(qtbot, window, builders):
     assert label.isVisible() and not window.sensitivity.labels[0].isVisible()
     assert canvas.rect().contains(label.geometry())
     assert not label.geometry().contains(at(canvas, 0.3, 0.6))
+    # It does not lie under a card.
+    card = window.up_axis_card
+    there = window.generator.canvas
+    place = there.mapFromGlobal(card.mapToGlobal(QPoint(card.width() - 40, -10)))
+    QTest.mouseClick(there, Qt.MouseButton.LeftButton, pos=place)
+    box = window.sensitivity.labels[0].geometry()
+    box.moveTopLeft(there.mapToGlobal(box.topLeft()))
+    assert window.sensitivity.labels[0].isVisible() and card.isVisible()
+    assert not box.intersects(QRect(card.mapToGlobal(QPoint()), card.size()))
+    QTest.mouseClick(canvas, Qt.MouseButton.LeftButton, pos=at(canvas, 0.3, 0.6))
     # A place that was clicked in a wider image is in none of this one's pixels.
     window.sensitivity_state.pick((5.0, 0.6))
     assert label.isHidden()

@@ -54,6 +54,12 @@ def test_the_home_view_follows_the_image_while_it_is_looked_from(state):
     state.set_view(View(77))
     state.set_reach((0.5, 0.5), follow=True)
     assert state.view == View(77) and state.home == square
+    # But from the home view's distance, all stays in the image.
+    turned = replace(square, azimuth=77.0)
+    state.set_view(turned)
+    for reach, home in (((1.5, 0.5), wide), ((0.5, 0.5), square)):
+        state.set_reach(reach, follow=True)
+        assert state.view.distance == home.distance and state.view.azimuth == 77
     state.reset_view()
     assert state.view == square
     state.set_up_axis("-y")

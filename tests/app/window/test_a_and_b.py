@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import imageio.v3 as iio
 import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, Qt
@@ -64,6 +65,10 @@ def test_what_is_edited_is_the_pane_that_was_clicked(qtbot, window, builders):
     assert drawn[-1].inputs == window.state.inputs_of("B") != window.state.inputs_of("A")
     QTest.mouseClick(a, LEFT, pos=a.rect().center())
     assert edited(window) == ("A", "TF of A", "A") and window.state.transfer_function == first
+    QTest.keyClick(a, Qt.Key.Key_A, Qt.KeyboardModifier.ShiftModifier)
+    assert edited(window)[0] == "B"
+    QTest.keyClick(a, Qt.Key.Key_A, Qt.KeyboardModifier.ShiftModifier)
+    assert edited(window)[0] == "A"
     # By the left button its menu opens, too.
     QTest.mouseClick(window.pane_b.caption, Qt.MouseButton.RightButton)
     assert edited(window) == ("B", "TF of B", "B")
@@ -404,7 +409,9 @@ def test_figures_have_both_with_one_legend(qtbot, window, builders, tmp_path, mo
     def picture(request, watch):
         asked.append(request)
         shape = request.quality.pixels.shape
-        level = 200 if request.inputs == window.state.inputs_of("B") else 100
+        is_b = request.inputs.opacity_tf == window.state.inputs_of("B").opacity_tf
+        is_first = request.inputs.view == window.state.view
+        level = 200 if is_b else 100 if is_first else 150
         return np.full((*shape, 4), (level, level, level, 255), np.uint8)
 
     monkeypatch.setattr(engine, "picture", picture)
@@ -427,6 +434,9 @@ def test_figures_have_both_with_one_legend(qtbot, window, builders, tmp_path, mo
     asked.clear()
     window.saving.draw(replace(choice, seconds=0.5, rate=8), tmp_path / "both.gif")
     qtbot.waitUntil(lambda: "Saved" in window.status.news, timeout=20_000)
+    frames = np.stack([frame[..., :3] for frame in iio.imiter(tmp_path / "both.gif")])
+    # Half the difference of the first picture has not its colour.
+    assert abs(np.diff(frames[:2, 150, 680].astype(int), axis=0)).max() > 20
     views, tfs = [r.inputs.view for r in asked], {r.inputs.opacity_tf for r in asked}
     assert len(views) == 8 and views[::2] == views[1::2] and len(set(views)) == 4 and len(tfs) == 2
 

@@ -85,6 +85,10 @@ def test_a_path_traced_picture_has_as_many_samples_as_were_asked_for(
     window.workspace.reference.choose(lighting="path")
     qtbot.waitUntil(lambda: window.workspace.is_settled)
     assert window.saving.first_choice().samples == 64
+    # What is on the screen is not drawn again to be copied.
+    action(window, "Copy image").trigger()
+    qtbot.waitUntil(lambda: window.status.news == "Copied.")
+    assert not asked
     choice = FigureChoice(90, 40, samples=256)
     saved = saved_figure(qtbot, window, choice, tmp_path / "picture.png")
     assert asked == [256]
@@ -304,6 +308,7 @@ def test_each_of_what_it_may_show_has_its_proportions(qtbot):
     choose(dialog, "which_box", "Difference")
     assert (dialog.choice().width, dialog.choice().height) == (2000, 2000)
     assert dialog.legend_box.isHidden() and dialog.background_box.isHidden()
+    assert dialog.movie_box.isHidden() and not dialog._no_movie.isHidden()
     choose(dialog, "which_box", "Both")
     assert not dialog.legend_box.isHidden() and not dialog.movie_box.isHidden()
     # Each choice is previewed.

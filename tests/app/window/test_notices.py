@@ -132,6 +132,10 @@ def test_what_floats_is_in_the_area_and_nothing_lies_over_another(area):
         assert all(area.rect().contains(box) for box in boxes)
         assert not any(one.intersects(other) for one, other in combinations(boxes, 2))
         assert boxes[0].top() == TOP and boxes[2].left() == SIDE
+        # Nothing moves when one is closed, or opened again.
+        for shown in (False, True):
+            cards[0].setVisible(shown)
+            assert cards[1].geometry() == boxes[3]
 
 
 def test_a_card_is_dragged_stays_in_the_area_and_goes_back(qtbot, area):
