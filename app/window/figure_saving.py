@@ -75,6 +75,7 @@ class _Job:
     subject: Subject
     chosen: Any  # the user's choice: if its engine is replaced, the next one draws the same
     by_flip: bool = False
+    compared: Comparison | None = None  # the screen's, for a difference alone
     images: dict[str, tuple[Rgba, float]] = field(default_factory=dict)
     lights: dict[str, str] = field(default_factory=dict)  # of the images, in words
     scale: float | None = None  # end of the difference's colours: all of a movie has the first's
@@ -86,9 +87,7 @@ class _Job:
 
     @property
     def names(self) -> list[str]:
-        """Names of the images needed."""
-        if self.choice.which == "difference":
-            return ["generator", "reference"]
+        """Names of the images needed: none for a difference alone, which is on the screen."""
         return [name for name in self.choice.names if name != "difference"]
 
     @property
@@ -200,12 +199,10 @@ class FigureSaving(QObject):
             pane = self._panes[which]
             image = pane.canvas.image
             is_ready = pane.client.is_ready or pane.client.state is EngineState.LOADING
-            if image is None or not is_ready:
-                continue
-            found[which] = image.width(), image.height()
-            if pane.engine == "exact":
+            if image is not None and is_ready:
                 # An image that is still refined has fewer pixels, or those before a resize.
-                found[which] = pane.canvas.pixels
+                is_exact, own = pane.engine == "exact", (image.width(), image.height())
+                found[which] = pane.canvas.pixels if is_exact else own
         if compares and len(found) == 2:
             width, height = found["reference"]
             found["a_b"] = round(2 * width / (1 - GAP)), height
@@ -232,13 +229,7 @@ class FigureSaving(QObject):
             views = turntable(state.view, choice.frame_count, *axes)
             frames = [replace(frames[0], view=view) for view in views]
         job = self._job = self._new_job(choice, place, frames)
-        if choice.which == "difference":
-            # From the images as shown, so that the figure has the numbers of the screen.
-            job.images = self._compared()
-            if not job.images:
-                self._fail("There is no difference to save yet. Wait until both images are final.")
-                return
-        elif as_shown:
+        if as_shown:
             self._take_shown(job)
         if not job.lacking:
             self._compose(job)
@@ -266,7 +257,9 @@ class FigureSaving(QObject):
         titles, b = {n: p.title for n, p in self._panes.items()}, self._context.state.inputs_of("B")
         subject = replace(self._overlays.subject, titles=titles, b=b)
         by_flip = "difference" in choice.names and self._error.is_by_flip
-        return _Job(choice, place, frames, subject, self._chosen, by_flip)
+        # So that the figure has the numbers of the screen.
+        compared = self._error.compared if choice.which == "difference" else None
+        return _Job(choice, place, frames, subject, self._chosen, by_flip, compared)
 
     @property
     def _chosen(self) -> tuple[object, ...]:
@@ -328,8 +321,10 @@ class FigureSaving(QObject):
 
     def _compose(self, job: _Job) -> None:
         """Compose a frame from its images; then draw the next one, or deliver all."""
-        if "difference" in job.choice.names:
-            compared = Comparison.of(job.images, job.by_flip, job.scale)
+        if job.choice.which == "difference" and job.compared is None:
+            self._fail("There is no difference to save yet. Wait until both images are final.")
+        elif "difference" in job.choice.names:
+            compared = job.compared or Comparison.of(job.images, job.by_flip, job.scale)
             # FLIP takes long; the first one loads what the window starts without.
             self._comparing.ask(lambda: (job, compared, compared.colored))
         else:
@@ -443,13 +438,6 @@ class FigureSaving(QObject):
     def _brightness(self, name: str) -> float:
         return self._context.state.brightness.of(self._panes[name].lit)
 
-    def _compared(self) -> dict[str, tuple[Rgba, float]]:
-        """Both images with their brightness, as they are compared on the screen; or none."""
-        both = self._error.compared
-        if both is None:
-            return {}
-        return {"generator": (both.drawn, 1.0), "reference": (both.truth, 1.0)}
-
     def _ask_for_preview(self, dialog: FigureDialog, choice: FigureChoice) -> None:
         scale = ENLARGED * min(PREVIEW[0] / choice.width, PREVIEW[1] / choice.height)
         width, height = (max(round(scale * side), 1) for side in (choice.width, choice.height))
@@ -457,15 +445,13 @@ class FigureSaving(QObject):
         state = self._context.state
         job = self._new_job(small, None, [state.inputs_of("A")])
         before, self._preview = self._preview, (dialog, job)
-        if choice.which == "difference":
-            job.images = self._compared()
-        elif before is not None:
+        if before is not None:
             old = before[1].choice
             if (old.which, old.width, old.height) == (choice.which, width, height):
                 job.images = before[1].images
         if not job.lacking:
             self._compose(job)
-        elif choice.which != "difference":
+        else:
             self._ask(self._previews, job, min(choice.samples, PREVIEW_SAMPLES), ENLARGED)
 
     def _take_preview(self, name: str, result: Result) -> None:
