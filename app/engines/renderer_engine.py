@@ -134,10 +134,14 @@ class RendererEngine(Engine):
     ) -> Array:
         """Differentiate the image exactly, at rest with samples close enough to show no rings."""
         renderer, is_live = self._ray_caster(), request.quality.live
-        apart = None if is_live else FIELD_DISTANCE
         edit = edit_over(request.values, renderer.scalar_range, request.width)
-        with renderer.asking(watch.go_on, is_live):
-            return renderer.change(request.inputs, request.quality.pixels, edit, apart)
+        usual = renderer.sample_distance
+        renderer.sample_distance = usual if is_live else FIELD_DISTANCE
+        try:
+            with renderer.asking(watch.go_on, is_live):
+                return renderer.change(request.inputs, request.quality.pixels, edit)
+        finally:
+            renderer.sample_distance = usual
 
     def visibility(self, request: VisibilityRequest, watch: Watch = UNWATCHED) -> Array:
         """Compute the visibility of each scalar value."""

@@ -288,11 +288,7 @@ class RaycastRenderer:
         return self._sum(len(windows), count, add)[: len(edits)]
 
     def change(
-        self,
-        inputs: SceneInputs,
-        size: int | Raster,
-        edit: NDArray[np.floating],
-        sample_distance: float | None = None,
+        self, inputs: SceneInputs, size: int | Raster, edit: NDArray[np.floating]
     ) -> NDArray[np.float32]:
         """Exact derivative (rows, columns, 3) of the image by an edit of the opacity TF.
 
@@ -300,8 +296,8 @@ class RaycastRenderer:
         """
         from model.rendering.raycast.tangents import change_rows
 
-        distance, volume = sample_distance or self.sample_distance, self._volume
-        raster, classified = Raster.of(size), self._classified(inputs, distance)
+        distance, volume, raster = self.sample_distance, self._volume, Raster.of(size)
+        classified = self._classified(inputs)
         changes = level_table(edit * classified.derivative)
         classifier = self._voxels.under(inputs.mask).classifier
         shown = classified.opacity + abs(changes)
