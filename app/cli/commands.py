@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import re
-import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib.metadata import version
@@ -20,7 +17,6 @@ from app.cli.evaluate import Evaluate
 from app.cli.info import Info
 from app.cli.latent import Latent
 from app.cli.options import option
-from app.cli.outputs import write_text
 from app.cli.paper import Paper, Study
 from app.cli.render import Render
 from app.cli.sensitivity import Sensitivity
@@ -42,51 +38,10 @@ from model.volume_files.source import VolumeSource
 if TYPE_CHECKING:
     from typer.core import TyperGroup
 
-ICON = Path(__file__).resolve().parents[2] / "resources" / "icons" / "tfscope.png"
-
-
-@dataclass(frozen=True)
-class DesktopEntry:
-    """Put tfscope into the desktop's menu, and among the programs for its sessions and volumes."""
-
-    def run(self) -> None:
-        """Write the entry to the place that freedesktop.org specifies."""
-        if not sys.platform.startswith("linux"):
-            raise TfscopeError(
-                "Desktop entries exist on Linux only; elsewhere make a shortcut to tfscope."
-            )
-        home = Path(os.environ.get("XDG_DATA_HOME") or Path.home() / ".local" / "share")
-        entry = home / "applications" / "tfscope.desktop"
-        write_text(entry, _content())
-        print(f"Wrote {entry}.")
-
-
-def _content() -> str:
-    program = Path(sys.argv[0]).resolve()
-    words = [sys.executable, str(program)] if program.suffix == ".py" else [str(program)]
-    return f"""[Desktop Entry]
-Type=Application
-Name=tfscope
-GenericName=Volume viewer
-Comment=Look into volumes through transfer functions
-Exec={" ".join(map(_quoted, words))} %f
-Icon={ICON}
-Terminal=false
-Categories=Science;MedicalSoftware;DataVisualization;
-MimeType=application/dicom;image/tiff;application/x-hdf5;application/x-netcdf;
-"""
-
-
-def _quoted(word: str) -> str:
-    """Quote a word as the desktop entry specification demands; shells quote differently."""
-    escaped = re.sub(r'(["`$\\])', r"\\\1", word).replace("%", "%%")
-    return f'"{escaped}"'
-
 
 COMMANDS = {
     "info": Info, "render": Render, "sensitivity": Sensitivity, "latent": Latent,
     "dataset": Dataset, "train": Train, "evaluate": Evaluate, "study": Study, "paper": Paper,
-    "desktop-entry": DesktopEntry,
 }  # fmt: skip
 
 application = typer.Typer(add_completion=False, pretty_exceptions_enable=False)

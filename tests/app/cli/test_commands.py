@@ -357,7 +357,7 @@ def test_files_are_opened_by_what_they_are(opened, arguments, start):
 
 
 @pytest.mark.parametrize(("arguments", "message"), [
-    ("rendr", "'rendr' is neither a command (dataset, desktop-entry,"),
+    ("rendr", "'rendr' is neither a command (dataset, evaluate,"),
     ("none.nrrd", "nor an existing file or folder"),
     ("notes.txt", "notes.txt: this is a table or text, which is not read here"),
     (f"{VOLUME} {VOLUME}", "cannot both be opened by --volume"),

@@ -1,7 +1,5 @@
-import configparser
 import contextlib
 import json
-import sys
 from pathlib import Path
 
 import pytest
@@ -78,18 +76,6 @@ def test_files_that_cannot_be_written_are_refused_before_the_work(tmp_path):
     check_output(tmp_path / "none" / "deep" / "x.json")
     check_output_folder(tmp_path / "none" / "deep")
     assert [path.name for path in tmp_path.iterdir()] == ["old.json"]
-
-
-def test_the_entry_opens_a_file_and_has_an_icon(tmp_path, monkeypatch):
-    monkeypatch.setattr(sys, "platform", "linux")
-    monkeypatch.setattr(sys, "argv", ["/opt/with space/tfscope"])
-    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path))
-    assert run(["desktop-entry"]) == 0
-    parser = configparser.ConfigParser(interpolation=None)
-    parser.read(tmp_path / "applications" / "tfscope.desktop")
-    entry = parser["Desktop Entry"]
-    assert entry["Exec"] == '"/opt/with space/tfscope" %f'
-    assert Path(entry["Icon"]).is_file()
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="a full device of Linux")
