@@ -264,7 +264,7 @@ BAD_INPUT = [
     ("train --out x --reuse 0.5", "--reuse"),
     ("train --out x --dataset . --lighting direct --reuse 2", "lighting and reuse"),
     ("train --out x --dataset . --range 0,1", "the range would have no effect"),
-    ("train --out x --samples 0", "not positive"),
+    ("train --out x --samples 0", "must be a number above 0"),
     ("train --out x --samples 5 --minutes 5", "either"),
     ("train --out x --resume", "no training run to resume"),
 ]
