@@ -57,7 +57,7 @@ class Session:
             **asdict(self.content),
         }
         what = f"{path}: the session cannot be written"
-        with os_errors_as(SessionError, what, "choose another place"):
+        with os_errors_as(SessionError, what, "make room, or choose another place"):
             path.parent.mkdir(parents=True, exist_ok=True)
             write_atomically(path, json.dumps(data, indent=1).encode())
 

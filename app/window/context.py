@@ -47,6 +47,7 @@ class Context(Viewing):
         try:
             change()
         except TfscopeError as error:
+            self.status.say("")
             self.fail(str(error), key)
             return False
         self.status.say(said)

@@ -27,7 +27,8 @@ def write_movie(path: Path, frames: Iterable[NDArray[np.uint8]], frames_per_seco
     if suffix == ".mp4" and (clause := missing("movies")) is not None:
         raise RenderError(f"{path}: for MP4 {clause}, or choose .gif")
     partial = path.with_name(f".{path.stem}.partial{suffix}")
-    failed, remedy = f"{path}: the movie cannot be written", "try another place or format"
+    failed = f"{path}: the movie cannot be written"
+    remedy = "make room, or try another place or format"
     with os_errors_as(RenderError, failed, remedy):
         # Before anything is drawn; encoders would name this file, or no reason.
         partial.touch()

@@ -190,7 +190,7 @@ def write_mask(path: Path, mask: Mask, volume: Volume) -> None:
     cannot be written.
     """
     what, name = f"{path}: the mask cannot be written", path.name.lower()
-    with os_errors_as(TfscopeError, what, "choose another place"):
+    with os_errors_as(TfscopeError, what, "make room, or choose another place"):
         path.parent.mkdir(parents=True, exist_ok=True)
         if name.endswith((".nii", ".nii.gz")):
             content = _nifti(mask, volume)

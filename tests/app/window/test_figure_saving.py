@@ -47,6 +47,7 @@ def test_figures_are_saved_and_copied(qtbot, window, builders, tmp_path, monkeyp
     place = tmp_path / "missing" / "picture.png"
     window.saving.draw(FigureChoice(20, 20), place)
     qtbot.waitUntil(lambda: "picture.png" in window.notice.text)
+    assert not window.status.news
     # One is offered in its final size where there is an image.
     monkeypatch.undo()
     window.reference.canvas.show_image(None)
