@@ -194,9 +194,12 @@ class RendererEngine(Engine):
 
     def _small(self, request: BatchRequest, inputs: SceneInputs, watch: Watch) -> Array:
         """Draw one of several small images; thin layers have speckles while something moves."""
+        from model.rendering.raycast.renderer import RaycastRenderer
+
         drawer, quality = self._own(watch), request.quality
+        is_quick = quality.live and isinstance(self._drawer.renderer, RaycastRenderer)
         apart = drawer.sample_distance if quality.live else drawer.distance
-        with self._ray_caster().asking(is_coarsely_lit=True) if quality.live else nullcontext():
+        with self._ray_caster().asking(is_coarsely_lit=True) if is_quick else nullcontext():
             return drawer.render(inputs, quality.pixels, apart, watch)
 
     def _own(self, _watch: Watch) -> Drawer:

@@ -172,7 +172,7 @@ class Preview(QObject):
 
 
 OPENING = "Opening the map …"
-CHOOSING = "Choosing TFs that show different things …"
+CHOOSING = "Choosing TFs that show different things: {:.0f} %"
 NO_TFS = "No TF passes the filters."
 NO_VOLUME = "Open a volume to see what TFs show of it."
 GAP = 8  # around map and grid, and between them, in pixels
@@ -197,6 +197,7 @@ class LatentBrowser(QWidget):
         self._state, self._pictures = state, pictures
         self._session, self._latent = pictures.session, pictures.state
         self.units = ""  # of the scalar values; may be empty
+        self._looked = 0.0  # share of the TFs whose tiny pictures are drawn
         self._brushes: list[Brush] = []  # earlier rectangles, for the grid's wheel
         self._brightness = reference.brightness
         self.map = MapView(self._latent, self._session)
@@ -281,6 +282,7 @@ class LatentBrowser(QWidget):
             (self.grid.hovered, self._hover_cell),
         ):
             signal.connect(slot)
+        session.looked.connect(self._note_look, Qt.ConnectionType.QueuedConnection)
 
     def _choices_changed(self, choices: LatentChoices) -> None:
         if not choices.shown:
@@ -311,11 +313,15 @@ class LatentBrowser(QWidget):
         self._color()
         self._show_note()
 
+    def _note_look(self, done: float) -> None:
+        self._looked = min(done, 1.0)
+        self._say_why()
+
     def _say_why(self, _state: object = None) -> None:
         """Say why there are no pictures yet."""
-        exact = self._pictures.exact
+        exact, choosing = self._pictures.exact, CHOOSING.format(100 * self._looked)
         if self._session.map is not None:
-            why = exact.text if exact.state is EngineState.WAITING else CHOOSING
+            why = exact.text if exact.state is EngineState.WAITING else choosing
             self.grid.message = why if self._session.chosen is not None else NO_TFS
 
     def _session_problem(self, text: str) -> None:

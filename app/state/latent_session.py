@@ -15,6 +15,7 @@ from PySide6.QtCore import QObject, Qt, Signal
 from app.engines.background import LatestCall
 from app.state.viewer_state import ViewerState
 from model.errors import LatentError
+from model.latent.differing import most_different
 from model.latent.latent_map import Brush
 from model.scene.inputs import SceneInputs
 from model.scene.transfer_function import OpacityTF, Range
@@ -109,6 +110,7 @@ class LatentSession(QObject):
     """Emitted with the map: another codec's or volume's, or the same at its final places. None
     until the next one is opened."""
     progressed = Signal(float)  # emitted with the progress of t-SNE; 1 at its end
+    looked = Signal(float)  # emitted in other threads with the progress of an overview
     overviewChanged = Signal(object)
     differentChanged = Signal()
     filterChanged = Signal()  # emitted when other samples pass the filters
@@ -272,7 +274,7 @@ class LatentSession(QObject):
         if self._has_overview and by != self._chosen_by:
             assert self.overview is not None and self.wanted is not None
             self._chosen_by = by
-            self._choosing.ask(partial(self.overview.most_different, self.wanted))
+            self._choosing.ask(partial(most_different, self.overview, self.wanted))
 
     def _take_different(self, different: NDArray[np.int64]) -> None:
         self.different = different
@@ -336,7 +338,9 @@ class LatentSession(QObject):
             # Another view's overview may be on its way.
             self._looking.forget()
             return
-        self._looking.ask(partial(_overview, volume, self._state.inputs, space, map_))
+        self._looking.ask(
+            partial(_overview, volume, self._state.inputs, space, map_, self.looked.emit)
+        )
 
     def _take_overview(self, answer: Any) -> None:
         map_, inputs, overview = answer
@@ -368,12 +372,17 @@ def _embed(
 
 
 def _overview(
-    volume: Volume, inputs: SceneInputs, space: LatentSpace, map_: LatentMap
+    volume: Volume,
+    inputs: SceneInputs,
+    space: LatentSpace,
+    map_: LatentMap,
+    progress: Callable[[float], None],
 ) -> tuple[LatentMap, SceneInputs, Overview]:
     from model.latent.tiny_pictures import overview_of
 
+    progress(0.0)
     tfs = space.frame.stretched(map_.samples.tfs)
-    return map_, inputs, overview_of(volume, inputs, tfs)
+    return map_, inputs, overview_of(volume, inputs, tfs, progress=progress)
 
 
 def _seen_by(inputs: SceneInputs) -> tuple[object, ...]:

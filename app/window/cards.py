@@ -22,6 +22,7 @@ from app import theme
 from app.controls import Card, WheelGuard, clicked, fill, label, named, picture_icon, picture_tip
 from app.engines.background import Pause
 from app.engines.client import EngineState
+from app.engines.requests import Quality
 from app.icons import IconButton
 from app.number_box import WholeNumberBox
 from app.state.viewer_state import ViewerState
@@ -102,7 +103,8 @@ class UpAxisCard(Card):
     def __init__(self, context: Context) -> None:
         super().__init__()
         self._context, self._state, self._workspace = context, context.state, context.workspace
-        self._pictures = SmallPictures("up axis", PICTURE, context, self._show_pictures)
+        quick = Quality(PICTURE, live=True)
+        self._pictures = SmallPictures("up axis", quick, context, self._show_pictures)
         self.buttons: dict[str, QToolButton] = {}
         self._views: list[View] = []  # of the pictures, one for each axis; slow to find
         self._lay_out()

@@ -9,6 +9,7 @@ from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QInputDialog, QMessageBox
 
 from app.controls import add_action
+from app.engines.requests import Quality
 from app.tf_editor.tf_menu import PICTURE, PresetMenu
 from app.window.context import Context
 from app.window.small_pictures import SmallPictures
@@ -29,7 +30,7 @@ class Presets(QObject):
         super().__init__(menu)
         self._context, self._state = context, context.state
         self._folder = context.preferences.folder
-        self._pictures = SmallPictures("presets", PICTURE, context, menu.set_pictures)
+        self._pictures = SmallPictures("presets", Quality(PICTURE), context, menu.set_pictures)
         menu.own = self._own
         menu.picturesWanted.connect(self._ask)
         menu.aboutToHide.connect(self._pictures.stop_tracing)

@@ -16,18 +16,18 @@ from app.image_view.image_canvas import to_qimage
 from app.window.context import Context
 from model.scene.inputs import SceneInputs
 
-PATIENCE_MS = 1000  # time after which the reference draws them if the ray caster is still compiling
+PATIENCE_MS = 250  # time after which the reference draws them if the analyst is not ready
 
 
 class SmallPictures(QObject):
     """Shows small pictures by the ray caster, then path-traced ones if these are quick."""
 
     def __init__(
-        self, name: str, size: int, context: Context, show: Callable[[list[QImage]], object]
+        self, name: str, quality: Quality, context: Context, show: Callable[[list[QImage]], object]
     ) -> None:
         super().__init__(context.window)
         self._context, self._show = context, show
-        self._quality = Quality(size)
+        self._quality = quality
         clients = context.analyst, context.panes[1].client
         self._analyst, self._reference = (Channel(client, name, self) for client in clients)
         self._wanted: BatchRequest | None = None

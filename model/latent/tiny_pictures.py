@@ -1,4 +1,4 @@
-"""Tiny pictures of what thousands of opacity TFs show in one view, and those that differ most.
+"""Tiny pictures of what thousands of opacity TFs show in one view.
 
 The samples along a view's rays do not depend on the TF. They are read from the volume once, and
 all TFs are drawn over them, lit from the eye.
@@ -6,6 +6,8 @@ all TFs are drawn over them, lit from the eye.
 
 from __future__ import annotations
 
+import itertools
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -43,22 +45,6 @@ LEAST_CONTENT = 0.1, 0.006
 MOST_EXPOSED = 16.0
 """Largest factor of an exposure: what needs a larger one is too faint for a picture."""
 
-DIFFERING = 16  # number of TFs that differ most
-
-COMPONENTS, CLUSTERS = 20, 40
-"""Principal components by which pictures are compared, and number of groups (k-means)."""
-
-SETTLED = 1.0
-"""Change of the pictures' mean distance from their groups' centers that ends the search."""
-
-LEAST_GROUP = 0.006  # least share of the pictures in a group; smaller groups are left out
-
-DIFFERENT = 0.065
-"""Root mean square difference of two tiny pictures whose larger ones look different."""
-
-_SAMPLED = 300
-"""Pictures that span the components: on a busy machine, twice as many take ten times as long."""
-
 _PART = 500  # TFs that a thread draws at a time
 
 
@@ -92,25 +78,6 @@ class Overview:
         inside = (values >= min(band) - half) & (values <= max(band) + half)
         return np.asarray(self.shares[:, inside].sum(axis=1) >= SHOWN_SHARE)
 
-    def most_different(self, wanted: NDArray[np.bool_]) -> NDArray[np.int64]:
-        """Return the numbers of the wanted TFs (n,) that show the most different things.
-
-        Empty ones are left out, and faint ones and solid blocks where others suffice. They are
-        :data:`DIFFERING` or fewer, row by row of a square on which like pictures are near.
-        """
-        found = np.flatnonzero(wanted & self.shows_something & ~self.is_faint)
-        if len(found) < DIFFERING:
-            found = np.flatnonzero(wanted & ~self.is_empty)
-        if len(found) <= DIFFERING:
-            return found
-        places = _principal_components(self.pictures[found].reshape(len(found), -1))
-        typical = _medoids(places)
-        least = (255 * DIFFERENT) ** 2 * self.pictures[0].size
-        chosen = _far_apart(places, typical[:1], typical, least)
-        # If too few typical ones differ, rare ones are added.
-        chosen = _far_apart(places, chosen, np.arange(len(places)), 0)
-        return found[chosen[_on_a_square(places[chosen])]]
-
 
 def overview_of(
     volume: Volume,
@@ -118,8 +85,12 @@ def overview_of(
     tfs: NDArray[np.floating],
     size: int = OVERVIEW_SIZE,
     distance: float | None = None,
+    progress: Callable[[float], object] = lambda _done: None,
 ) -> Overview:
-    """Return what opacity TFs (n, 256) show in the view, crop box and colours of some inputs."""
+    """Return what opacity TFs (n, 256) show in the view, crop box and colours of some inputs.
+
+    `progress` is called with shares of them, in several threads.
+    """
     from scipy.ndimage import gaussian_filter1d
 
     if distance is None:
@@ -132,6 +103,8 @@ def overview_of(
     shares, opacity = np.zeros_like(alphas), np.zeros((len(alphas), size**2), np.float32)
     factors = np.empty(len(alphas), np.float32)
 
+    done = itertools.count(_PART, _PART)
+
     def draw(start: int) -> None:
         part = slice(start, start + _PART)
         drawn = np.zeros(pictures[part].shape, np.float32)
@@ -140,6 +113,7 @@ def overview_of(
         for picture, factor in zip(drawn, factors[part], strict=True):
             brighten(picture, float(factor))
         pictures[part] = np.rint(255 * drawn.clip(0, 1))
+        progress(next(done) / len(alphas))
 
     in_threads(draw, range(0, len(alphas), _PART))
     inside = opacity[:, np.diff(first) > 0]
@@ -228,60 +202,3 @@ def _samples(
         there &= inputs.mask.shows(*nearest[::-1])
     ray, bins, light = ray[there], bins[there], light[there]
     return np.searchsorted(ray, np.arange(len(count) + 1)), bins.astype(np.uint8), light
-
-
-def _principal_components(pictures: NDArray[np.uint8]) -> NDArray[np.float32]:
-    """Places (n, 20) of pictures (n, numbers) along the axes on which they differ most."""
-    from scipy.sparse.linalg import eigsh
-
-    known = pictures[:: max(len(pictures) // _SAMPLED, 1)].astype(np.float32)
-    known -= known.mean(axis=0)
-    # By their products, of which there are fewer than of all pixels.
-    count, begin = min(COMPONENTS, len(known) - 1), np.random.default_rng(0).random(len(known))
-    lengths, turns = eigsh(known @ known.T, count, v0=begin.astype(np.float32))
-    axes = (known.T @ (turns / np.sqrt(np.maximum(lengths, 1e-3))))[:, ::-1]
-    parts = np.array_split(pictures, len(pictures) // _PART + 1)
-    return np.concatenate([part.astype(np.float32) @ axes for part in parts])
-
-
-def _medoids(places: NDArray[np.float32]) -> NDArray[np.int64]:
-    """Return the most typical members of groups of near places (k-means), largest groups first.
-
-    Small groups are left out.
-    """
-    from scipy.cluster.vq import kmeans, vq
-
-    first = places[np.random.default_rng(0).permutation(len(places))[:CLUSTERS]]
-    centers, _error = kmeans(places, first, thresh=SETTLED)
-    group, distances = vq(places, centers)
-    sizes = np.bincount(group, minlength=len(centers))
-    large = max((sizes >= LEAST_GROUP * len(places)).sum(), DIFFERING)
-    members = [np.flatnonzero(group == number) for number in np.argsort(-sizes)[:large]]
-    return np.array([m[distances[m].argmin()] for m in members if len(m)])
-
-
-def _distances(a: NDArray[np.float32], b: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Squared distances (n, m) of places (n, d) and (m, d)."""
-    return (a * a).sum(axis=1)[:, None] + (b * b).sum(axis=1) - 2 * a @ b.T
-
-
-def _far_apart(
-    places: NDArray[np.float32], first: NDArray[np.int64], among: NDArray[np.int64], least: float
-) -> NDArray[np.int64]:
-    """Add other places that are farthest from all, and so far at least, to :data:`DIFFERING`."""
-    chosen = first
-    while len(chosen) < DIFFERING:
-        apart = _distances(places[among], places[chosen]).min(axis=1)
-        if apart.max() < least:
-            break
-        chosen = np.append(chosen, among[apart.argmax()])
-    return chosen
-
-
-def _on_a_square(places: NDArray[np.float32]) -> NDArray[np.int64]:
-    """Order places on a square, row by row from the top: columns by the first axis, then up."""
-    side = int(np.sqrt(DIFFERING))
-    columns = np.array_split(np.argsort(places[:, 0], kind="stable"), side)
-    lines = [column[np.argsort(-places[column, 1], kind="stable")] for column in columns]
-    longest = max(map(len, lines))
-    return np.array([line[row] for row in range(longest) for line in lines if row < len(line)])

@@ -352,6 +352,8 @@ def test_small_pictures_at_rest_have_the_samples_of_large_ones(live, distance):
     (image,) = engine.images(BatchRequest(inputs, Quality(24, live=live)))
     np.testing.assert_array_equal(image, renderer.render(inputs, 24, distance))
     engine.close()
+    engine = RendererEngine(Drawer(FakeRenderer(1e-7), 0.5))  # VTK, while kernels are compiled
+    assert len(engine.images(BatchRequest(inputs, Quality(24, live=live)))) == 1
 
 
 def test_small_path_traced_pictures_have_few_samples():

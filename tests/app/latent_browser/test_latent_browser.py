@@ -136,6 +136,8 @@ def test_the_browser_opens_on_the_tfs_that_differ_most(qtbot, make_window, build
     open_browser(qtbot, window)
     browser, latent = window.browser, window.workspace.latent
     session, grid = latent.session, latent.grid
+    session.looked.emit(0.4)
+    qtbot.waitUntil(lambda: "40 %" in browser.grid.message)
     assert session.different is not None and len(set(session.different)) == 16
     assert not browser.map.isVisible() and not browser.bar.reset.isVisible()
     # Each picture is of a sample of the map.

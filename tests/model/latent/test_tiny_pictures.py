@@ -1,10 +1,8 @@
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from drawing import RANGE, WHITE
 
-from model.latent.tiny_pictures import MOST_EXPOSED, Overview, exposures, overview_of
+from model.latent.tiny_pictures import MOST_EXPOSED, exposures, overview_of
 from model.rendering.brightness import brighten
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.samples.sampling import draw_opacity_tfs
@@ -75,27 +73,3 @@ def test_exposed_pictures_are_as_bright_as_others():
         brighten(picture, float(factor))
         assert np.quantile(picture.max(axis=1), 0.99) == pytest.approx(0.8, abs=0.01)
     assert exposures(np.zeros((1, 400, 3)), 2.0) == 2
-
-
-def test_the_most_different_are_one_of_each_kind():
-    """Of 16 kinds of pictures, of which there are few or many, one of each is chosen."""
-    rng = np.random.default_rng(0)
-    kinds = np.repeat(rng.integers(20, 230, (16, 64, 3)), np.arange(1, 17) ** 2, axis=0)
-    pictures = (kinds + rng.integers(-8, 9, kinds.shape)).astype(np.uint8)
-    kind = np.repeat(np.arange(16), np.arange(1, 17) ** 2)
-    count = len(pictures)
-    none, zeros = np.zeros(count, bool), np.zeros(count, np.float32)
-    overview = Overview(
-        zeros, none, none, none, np.zeros((count, 256), np.float32), kind, pictures
-    )  # fmt: skip
-    chosen = overview.most_different(~none)
-    assert sorted(kind[chosen]) == list(range(16))
-    # What is empty, faint or solid is left out while others suffice.
-    out = np.isin(np.arange(count), chosen)
-    for flag in ("is_empty", "is_faint", "is_solid"):
-        rest = replace(overview, **{flag: out}).most_different(~none)
-        assert len(rest) == 16 and not set(rest) & set(chosen)
-    wanted = none.copy()
-    wanted[[3, 50, 90]] = True
-    assert sorted(overview.most_different(wanted)) == [3, 50, 90]
-    assert len(overview.most_different(none)) == 0

@@ -1,0 +1,50 @@
+from dataclasses import replace
+from itertools import combinations
+
+import numpy as np
+
+from model.latent import differing
+from model.latent.differing import most_different
+from model.latent.tiny_pictures import Overview
+
+
+def shown(pictures):
+    count = len(pictures)
+    none, zeros = np.zeros(count, bool), np.zeros((count, 256), np.float32)
+    return Overview(zeros[:, 0], none, none, none, zeros, zeros[:, 0].astype(int), pictures)
+
+
+def test_the_most_different_are_one_of_each_kind():
+    """Of 16 kinds of pictures, of which there are few or many, one of each is chosen."""
+    rng = np.random.default_rng(0)
+    kinds = np.repeat(rng.integers(20, 230, (16, 64, 3)), np.arange(1, 17) ** 2, axis=0)
+    pictures = (kinds + rng.integers(-8, 9, kinds.shape)).astype(np.uint8)
+    kind = np.repeat(np.arange(16), np.arange(1, 17) ** 2)
+    overview, count = shown(pictures), len(pictures)
+    none = np.zeros(count, bool)
+    chosen = most_different(overview, ~none)
+    assert sorted(kind[chosen]) == list(range(16))
+    # What is empty, faint or solid is left out while others suffice.
+    out = np.isin(np.arange(count), chosen)
+    for flag in ("is_empty", "is_faint", "is_solid"):
+        rest = most_different(replace(overview, **{flag: out}), ~none)
+        assert len(rest) == 16 and not set(rest) & set(chosen)
+    wanted = none.copy()
+    wanted[[3, 50, 90]] = True
+    assert sorted(most_different(overview, wanted)) == [3, 50, 90]
+    assert len(most_different(overview, none)) == 0
+
+
+def test_no_exchange_moves_the_most_different_further_apart(monkeypatch):
+    """Of 20 plain colours, by the sum of the pairs' inverse cubed distances."""
+    monkeypatch.setattr(differing, "CLUSTERS", 300)  # each colour is found
+    colors = np.random.default_rng(0).integers(0, 256, (20, 3)).astype(np.uint8)
+    pictures = np.repeat(np.repeat(colors, 80, axis=0)[:, None], 64, axis=1)
+    chosen = set(most_different(shown(pictures), np.ones(1600, bool)) // 80)
+    apart = np.linalg.norm(colors[:, None].astype(float) - colors, axis=2)
+
+    def repulsion(kinds):
+        return sum(apart[a, b] ** -3 for a, b in combinations(sorted(kinds), 2))
+
+    best = min(repulsion(chosen - {old} | {new}) for old in chosen for new in {*range(20)} - chosen)
+    assert len(chosen) == 16 and repulsion(chosen) <= best
