@@ -15,8 +15,7 @@ GLOSSARY = Path(__file__).parent.parent / "docs" / "glossary.md"
 WIDTH, MARGIN = 620, (60, 90)  # width of the text of pages, and the room around it, in pixels
 
 SENTENCES = {
-    "Exact": "The exact derivative of the ray caster's image.",
-    "Surrogate": (
+    "Other light": (
         "Path-traced light has no derivative. Curves are those of the unlit image (cosine .96 to "
         ".99), fields those of soft light (cosine .92)."
     ),

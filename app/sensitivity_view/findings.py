@@ -194,7 +194,7 @@ def source_text(workspace: Workspace) -> str:
     if choices.engine == "learned" and asker.learned_size is None:
         return "there is no model of this volume: open one, or choose Exact"
     exact, parts = asker.exact_source, []
-    name = gloss("Exact" if exact == "exact" else "Surrogate")
+    name = exact if exact == "exact" else gloss("Other light")
     if exact in asker.regions:
         parts.append(f"<span style='color:{theme.CHANGE}'>━</span> {name}")
     if "learned" in asker.regions:
@@ -205,9 +205,12 @@ def source_text(workspace: Workspace) -> str:
         elif exact not in asker.regions and not hint:
             folder = workspace.model.folder
             recorded = None if folder is None else recorded_agreement(folder)
-            found = "" if recorded is None else f"{short(recorded)}, {_trust_word(recorded)}"
-            on_test = f"{gloss('Cosine')} on its test images {found}"
-            parts.append(on_test if found else "agreement not measured")
+            known = "agreement not measured"
+            if recorded is not None:
+                known = (
+                    f"{_trust_word(recorded)} on test images, {gloss('Cosine')} {short(recorded)}"
+                )
+            parts.append(known)
         if "exact" in asker.order("region") and exact not in asker.regions:
             parts.append(f"{name} …")
         if hint:
@@ -221,15 +224,11 @@ def source_text(workspace: Workspace) -> str:
 
 
 def _agreement_text(found: Agreement, hint: str) -> str:
-    words, strength = [f"{gloss('Cosine')} {short(found.cosine)}"], found.strength
-    if strength >= NOTABLE:
-        words.append(f"{short(min(strength, MOST))} times too strong")
-    elif strength <= 1 / NOTABLE:
-        words.append(f"{short(1 / max(strength, 1 / MOST))} times too weak")
-    elif not hint:
-        # Outside the model's training, agreement is chance.
-        words.append(_trust_word(found.cosine))
-    return ", ".join(words)
+    strength = min(max(found.strength, 1 / MOST), MOST)
+    # Outside the model's training, agreement is chance.
+    trust = "" if hint and found.cosine > 0 else f"{_trust_word(found.cosine)}, "
+    much = f", {short(strength)} × as strong" if not 1 / NOTABLE < strength < NOTABLE else ""
+    return f"{trust}{gloss('Cosine')} {short(found.cosine)}{much}"
 
 
 def _warning(text: str) -> str:
@@ -237,4 +236,7 @@ def _warning(text: str) -> str:
 
 
 def _trust_word(cosine: float) -> str:
-    return "good" if cosine >= GOOD else "fair" if cosine >= FAIR else "poor"
+    """Say how well a model's response agrees with the exact one."""
+    if cosine < 0:
+        return "points the other way"
+    return "agrees well" if cosine >= GOOD else "agrees fairly" if cosine >= FAIR else "differs"

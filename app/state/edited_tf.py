@@ -24,8 +24,7 @@ class EditedTF(EditedInput[TransferFunction]):
 
     paneChanged = Signal()  # when the other pane has the focus, or B is shown, hidden or another
     exchanged = Signal(object)
-    """Emitted before `changed` with a TF that is not an edit of the one before, whose handles are
-    gone: a preset, a file, the other pane's, another volume's, or when that is undone."""
+    """Emitted before `changed` with a TF that is no edit of the one before, such as a preset."""
 
     def __init__(self, first: TransferFunction, history: EditHistory, parent: QObject) -> None:
         super().__init__(first, "drag", history, parent)

@@ -57,12 +57,17 @@ class OpenModel:
         # knows another light; or will, once the path tracer's kernels are compiled.
         self.draws_path = self.awaits_path = False
         self.shows_image: bool | None = None
-        """Whether its image was asked for; False if it opened in path-traced light, which others
-        draw; None if it is shown where the model draws it."""
+        """Whether its image was asked for; False where path-traced light hid it; None if neither.
+        """
         self._path_scene: tuple[Volume, ReferenceSettings] | None = None
         self._promised: Scene | None = None
         self._is_held = False
         self._kept: list[Any] = []  # the loaded generator, while the path tracer draws
+
+    @property
+    def volume(self) -> Volume | None:
+        """The open volume."""
+        return None if self.opened is None else self.opened.volume
 
     @property
     def drawer(self) -> str:
@@ -129,13 +134,13 @@ class OpenModel:
 
     def _path_of(self, settings: ReferenceSettings) -> tuple[Volume, ReferenceSettings] | None:
         """Return the scene of the path-traced sample; None if the model draws."""
-        opened, scene = self.opened, self.volume_scene
-        if opened is None or scene is None or scene.lighting == "path":
+        volume, scene = self.volume, self.volume_scene
+        if volume is None or scene is None or scene.lighting == "path":
             return None
         is_clean = settings.denoises and denoising.installed() and PATH_LIGHT.is_file()
         if settings.lighting != "path" or not is_clean:
             return None
-        return opened.volume, replace(settings, samples=1)
+        return volume, replace(settings, samples=1)
 
     @property
     def volume_scene(self) -> Scene | None:

@@ -92,7 +92,7 @@ class ReferenceImage(QObject):
         self._is_first = False
         self._first_rest = Pause(self, FIRST_REST_MS, self._end_first)
         self._asked_lighting: LightingChoice | None = None
-        state.tf_input.paneChanged.connect(self._follow_panes)
+        state.tf_input.paneChanged.connect(lambda: self.follow(self._scene))
 
     @property
     def is_preparing(self) -> bool:
@@ -185,11 +185,6 @@ class ReferenceImage(QObject):
             self.choose(lighting=b.lighting, drawing=b.drawing)
             self._state.tf_input.set_look(LookOfB(a.lighting, a.drawing), "look of B")
 
-    def _follow_panes(self) -> None:
-        """Adapt to another look or focus, or to B being shown or hidden."""
-        if self._volume is not None:
-            self.follow(self._scene)
-
     def _choose(self, choices: ReferenceChoices, keep: bool) -> None:
         if choices == self.choices:
             return
@@ -231,7 +226,7 @@ class ReferenceImage(QObject):
         self._start_analyst()
 
     def follow(self, scene: Scene | None) -> None:
-        """Adapt to the model next to it, and to the choices."""
+        """Adapt to the model next to it, to the choices, and to look, focus and presence of B."""
         if (scene is None) != (self._scene is None):
             self._follow_pane()
         self._scene = scene

@@ -30,7 +30,7 @@ from model.scene.region import Outline
 from model.scene.transfer_function import TF_SAMPLES, Range
 from model.sensitivity.display import Agreement, agreement, shown_responses
 
-Source = Literal["exact", "surrogate", "learned"]
+Source = Literal["exact", "other light", "learned"]
 """Origin of an answer: the ray caster's derivative, that of another light instead of path-traced
 light, or the generator's."""
 

@@ -134,8 +134,7 @@ class VolumeMemory:
     choice: str = ""
     view: View | None = None
     lighting: LightingChoice = "auto"
-    shows_model: bool | None = None
-    """Whether a model's image was asked for; False where path-traced light hid it."""
+    shows_model: bool | None = None  # whether a model's image was asked for, or left out
     light: LightDirection | None = None
     light_b: LightDirection | None = None  # of B; None for that of A
     brightness: Annotated[float, Meta(ge=0.25, le=32.0)] | None = None

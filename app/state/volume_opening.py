@@ -140,26 +140,22 @@ class VolumeOpening(QObject):
 
     def show_over(self, scalar_range: Range, scale: ValueScale) -> None:
         """Show the open volume over another range and scale."""
-        volume = self._volume
+        volume = self._model.volume
         if volume and (scalar_range, scale) != (volume.scalar_range, volume.scale):
             self._change(lambda: volume.over(scalar_range, scale))
 
     def show_on_scale(self, scale: ValueScale) -> None:
         """Show the open volume on another scale, under its default TF: one undo step."""
-        volume = self._volume
+        volume = self._model.volume
         if volume and scale != volume.scale:
             self._change(lambda: _robust(volume.on_scale(scale)))
 
     def draw_missing(self, drawn: bool) -> None:
         """Draw the open volume's missing voxels, or leave them transparent (the default)."""
-        volume = self._volume
+        volume = self._model.volume
         if volume and volume.missing is not None and drawn != volume.draws_missing:
             self._preferences.note_volume(volume.fingerprint, draws_missing=drawn)
             self._change(partial(volume.drawing_missing, drawn))
-
-    @property
-    def _volume(self) -> Volume | None:
-        return None if self._model.opened is None else self._model.opened.volume
 
     def _change(self, changed: Callable[[], Volume]) -> None:
         """Show what a function makes of the open volume; it is called in a thread."""

@@ -91,7 +91,7 @@ class Workspace(QObject):
             builders.read_volume, self, self.model, self.library, preferences, self
         )
         self.opened: OpenedVolume | None = None
-        self.pieces = PieceFinder(state, asked, lambda: self._volume, self.news.emit, self)
+        self.pieces = PieceFinder(state, asked, lambda: self.model.volume, self.news.emit, self)
         self._kept = ""  # fingerprint of the volume whose memory is kept
         self._is_restored = False
         self._connect()
@@ -136,10 +136,6 @@ class Workspace(QObject):
         """Have images wait for the browser's first pictures, which its opening asks for."""
         is_first = self.latent.session.different is None and self.opened is not None
         self._scheduler.make_way(choices.shown and is_first)
-
-    @property
-    def _volume(self) -> Volume | None:
-        return None if self.opened is None else self.opened.volume
 
     @property
     def is_settled(self) -> bool:
@@ -409,7 +405,7 @@ class Workspace(QObject):
     def _restart_questions(self) -> None:
         if self.opened is not None:
             lighting = self.reference.edited.lighting
-            source: Source = "exact" if lighting in EXACT_LIGHTINGS else "surrogate"
+            source: Source = "exact" if lighting in EXACT_LIGHTINGS else "other light"
             self.sensitivity.start_volume(self.opened.window, source)
             self.sensitivity.ask()
             self.latent.restart()

@@ -36,7 +36,7 @@ def test_both_engines_answer_as_soon_as_a_volume_is_open(window):
     )
     for name in ("exact", "learned"):
         np.testing.assert_allclose(responses.curve(name), expected, rtol=1e-5, atol=1e-9)
-    assert "cosine 1, good" in window.sensitivity.source.plain_text
+    assert "agrees well, cosine 1" in window.sensitivity.source.plain_text
     (interval,) = responses.peaks.intervals
     assert interval.value == pytest.approx(100 + 100 * 100 / 255)
     assert "1   at 139.2" in window.sensitivity.findings.edit_rows[0].text

@@ -228,7 +228,7 @@ def test_the_network_draws_while_the_light_is_path_traced(
     samples = sorted(each.samples for each in builders.settings if each.lighting == "path")
     assert samples == [1, 64]
     assert window.workspace.model.lighting == "path"
-    assert window.workspace.sensitivity.exact_source == "surrogate"
+    assert window.workspace.sensitivity.exact_source == "other light"
     assert "Trained with" not in window.generator.hint
     # The model answers nothing meanwhile.
     assert window.workspace.latent.session.model is None
