@@ -36,7 +36,6 @@ if TYPE_CHECKING:
 
 BACKEND_NAMES: dict[BackendName, str] = {"eager": "", "openvino": "OpenVINO"}
 
-
 SOFT_REMARK = "Only the ray caster draws soft light."  # why VTK cannot draw soft light
 
 

@@ -26,7 +26,6 @@ from model.scene.value_scale import ValueScale, logarithmic_ticks
 COLORS = ((0, 114, 178), (213, 94, 0), (0, 158, 115), (204, 121, 167))
 """Colours distinguishable with colour blindness (Okabe and Ito)."""
 
-
 INK = "#222"  # colour of texts
 CAPTION_HEIGHT = 60
 
@@ -91,7 +90,6 @@ HOVER_COLOR = 20, 40, 140
 
 Brush = tuple[float, float, float, float]
 Disc = tuple[float, float, float]  # a place, and the radius of interpolation or 0
-
 
 PICTURE = 250  # width and height of a picture with its title, in pixels
 PLOT = 400  # width of a plot

@@ -32,7 +32,7 @@ CALM_S = 0.25  # between two captions while something moves: a rate that flicker
 CUBE_ROOM = 76  # width next to the caption that is the orientation cube's, in pixels
 PREPARING = "Preparing …"
 DRAWING = "drawing …"
-OUTSIDE = "outside training"
+OUTSIDE, HIGH = "outside training", "high for this model"
 
 MOST_PROGRESS = 0.94  # of an image that is not complete yet
 
@@ -101,7 +101,7 @@ class EnginePane(QWidget):
         self.canvas.show_image(None)
 
     def set_note(self, text: str, tip: str = "", is_unusual: bool = False) -> None:
-        """Show the image's error, and whether it is outside the model's training."""
+        """Show the image's error, and whether it is far above those of test images."""
         self.note, self._note_tip, self._is_unusual = text, tip, is_unusual
         self._show_status()
 
@@ -279,7 +279,7 @@ class EnginePane(QWidget):
         facts = [self._drawn_text(), self._masked, coming, self.note]
         tone: Tone = "dim"
         if self.hint or self._is_unusual:
-            facts.append(OUTSIDE)
+            facts.append(OUTSIDE if self.hint else HIGH)
             tone = "attention"
         return ", ".join(fact for fact in facts if fact), tone
 

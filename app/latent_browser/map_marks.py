@@ -127,7 +127,6 @@ CURSORS: dict[tuple[Grip, ...], Qt.CursorShape] = {
 }
 """Mouse cursors over the brush's edges; elsewhere it is a cross."""
 
-
 BRUSH = "#f0f0f0"
 PRESENT = theme.ON_IMAGE.attention
 HANDLE = 4.0

@@ -38,7 +38,6 @@ from model.volume_files.shipped import sample_of
 
 RESTORED = "TF, view, crop box and regions are restored; Presets > Default resets the TF."
 
-
 SCALE_EDITS: dict[ValueScale, str] = {"linear": "linear scale", "log": "logarithmic scale"}
 """Names of the edits in the menu."""
 

@@ -175,8 +175,6 @@ class Selection(QObject):
         self._indices: tuple[int, ...] = ()
         self.flank: int | None = None
         self._known: dict[Kind, tuple[object, ...]] = dict.fromkeys(KINDS, ())
-        self._before: tuple[Kind, tuple[int, ...]] | None = None
-        """Selection before a handle was added."""
 
     @property
     def current(self) -> int | None:
@@ -193,7 +191,6 @@ class Selection(QObject):
 
     def select(self, kind: Kind, *indices: int, flank: int | None = None) -> None:
         """Select these handles only, or a flank of one; the last one becomes the current one."""
-        self._before = None
         self._change(kind, tuple(dict.fromkeys(indices)), flank)
 
     def toggle(self, kind: Kind, index: int) -> None:
@@ -211,21 +208,15 @@ class Selection(QObject):
         before, now = self._known, _handles(transfer_function)
         self._known, known, handles = now, before["opacity"], now["opacity"]
         added = [i for i, handle in enumerate(handles) if handle not in known]
-        present = self.kind, self._indices
         if len(added) == 1 and len(known) == len(handles) - 1:
             self.select("opacity", added[0])
-            self._before = present
             return
-        gone = tuple(i for i, handle in enumerate(known) if handle not in handles)
-        if self._before is not None and not added and present == ("opacity", gone):
-            (kind, left), self._before = self._before, None
-        else:
-            kind, left = present
-            if len(before[kind]) != len(now[kind]):
-                # Their places have changed.
-                stay = [before[kind][i] for i in left if before[kind][i] in now[kind]]
-                left = tuple(map(now[kind].index, stay))
-        keeps_flank = not transfer_function.opacity.points and (kind, left) == present
+        kind, left = self.kind, self._indices
+        if len(before[kind]) != len(now[kind]):
+            # Their places have changed.
+            stay = [before[kind][i] for i in left if before[kind][i] in now[kind]]
+            left = tuple(map(now[kind].index, stay))
+        keeps_flank = not transfer_function.opacity.points and left == self._indices
         self._change(kind, left, self.flank if keeps_flank else None)
 
     def start(self, transfer_function: TransferFunction) -> None:

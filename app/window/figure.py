@@ -361,7 +361,6 @@ def pixels_of(image: QImage) -> NDArray[np.uint8]:
 
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])  # of red, green and blue
 
-
 HALF_STEP = 0.5 / 255  # colour up to which a pixel of an 8-bit image is black
 
 

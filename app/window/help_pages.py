@@ -7,7 +7,6 @@ from app.glosses import open_page
 
 KEYS_WIDTH = 310  # width of the column of keys in pixels, equal in all areas
 
-
 _TABLE = """
 # Files
 Ctrl+O, or drop a file on the window | open a volume | Ctrl O | open a volume

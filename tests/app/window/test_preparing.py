@@ -254,9 +254,16 @@ def test_the_network_draws_while_the_light_is_path_traced(
     reference.choose(denoises=False)
     settle(qtbot, window)
     assert window.generator.caption.title == "Generator"
+    # Opened by its name, a model is to be seen: in its light.
+    reference.choose(denoises=True)
+    settle(qtbot, window)
+    monkeypatch.setattr(Library, "check_model", lambda *_: model.scene)
+    window.files.open_model(Path("model"))
+    settle(qtbot, window)
+    assert reference.settings.lighting == "none" and window.generator.isVisible()
     # And without a model there is one pane still.
     window.workspace.open_model(None)
-    reference.choose(denoises=True)
+    reference.choose(lighting="path")
     settle(qtbot, window)
     assert not window.generator.isVisible()
 
