@@ -189,8 +189,7 @@ class BandLayer:
     def _show_tag(self, place: float) -> None:
         band = self._asked.band
         assert band is not None
-        one, other = (self._state.value_text(value) for value in band.values)
-        text = one if one == other else f"{one} to {other}"
+        text = self._state.range_text(band.values)
         asks_edit = band.effect or self._asks_edit
         if asks_edit:
             text = f"edit at {text}"

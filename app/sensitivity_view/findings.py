@@ -173,7 +173,8 @@ def _edit(asker: SensitivityAsker, number: int, interval: Interval) -> tuple[Row
     word = words[choices.measure]
     tip = EDIT_TIP.format(write(interval.low), write(interval.high))
     effect = f"{word} by {size}"
-    row = Row((f"at {at}", effect), tip, badge=str(number))
+    # Without the unit: the row has room for the number alone.
+    row = Row((f"at {at.removesuffix(f' {asker.state.units}')}", effect), tip, badge=str(number))
     return row, (effect, f"Edit {number} at {at}, {effect}; Enter adds it")
 
 

@@ -21,7 +21,6 @@ from app.state.edits import Brightness
 from app.state.sensitivity_asker import BAND_REST_MS, SensitivityAsker, Source
 from app.tf_editor.unit_axis import WIDTHS
 from model.rendering.brightness import brighten
-from model.scene.ranges import range_text
 from model.scene.region import Outline
 from model.scene.tf_emphasis import (
     add_mode,
@@ -193,7 +192,7 @@ class WhatIfQuestion(QObject):
         step = (hi - lo) / (TF_SAMPLES - 1)
         top = lo + step * int(edit.argmax())
         values = (top, top) if band is None or band.low == band.high else band.values
-        self._at = range_text(values, (lo, hi), state.scale)
+        self._at = state.range_text(values)
         width = short(math.sqrt(2) * choices.width * step, 3)
         self.edit_text = (
             f"{short(choices.height, signed=True)} opacity at {self._at}, "

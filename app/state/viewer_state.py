@@ -98,7 +98,7 @@ class ViewerState(ViewNavigation):
             "mask": self.mask_input,
         }
         self.brightness = Brightness(self.edits, self)
-        self.file = FileFacts()
+        self.file, self.units = FileFacts(), ""  # of the volume's values; may be empty
         self.default = EMPTY_TF  # TF that :meth:`reset_transfer_function` returns to
         self.viewChanged.connect(self.inputsChanged)
         self.viewChangeFinished.connect(self.inputsChangeFinished)
@@ -173,17 +173,19 @@ class ViewerState(ViewNavigation):
         return next(names, "")
 
     def value_text(self, value: float) -> str:
-        """Write a value to within a bin of the TF; a label by its name, or as a whole number."""
+        """Write a value to within a bin of the TF, with its unit; a label by name or number."""
         text = value_text(value, self.scalar_range, self.scale)
-        return self.label_name(value) or (text if self.interpolates else f"{float(text):.9g}")
+        text = text if self.interpolates else f"{float(text):.9g}"
+        return self.label_name(value) or f"{text} {self.units}".rstrip()
 
     def range_text(self, values: Range) -> str:
-        """Write values as a range; one label as :meth:`value_text` does."""
+        """Write values as a range with its unit; one label as :meth:`value_text` does."""
         if self.file.is_labels and (first := ceil(values[0])) <= (last := floor(values[1])):
             return f"{first} to {last}" if first < last else self.value_text(first)
         low, high = (self.value_text(value) for value in values)
         is_label = low == high and not self.interpolates
-        return low if is_label else range_text(values, self.scalar_range, self.scale)
+        text = low if is_label else range_text(values, self.scalar_range, self.scale)
+        return f"{text} {self.units}".rstrip()
 
     def lit(self, engine: EngineName) -> Lit:
         """Return the owner of the light of an engine's image in the pane with the focus."""
@@ -230,6 +232,7 @@ class ViewerState(ViewNavigation):
         current: TransferFunction | None,
         others: Mapping[str, Any] = MappingProxyType({}),
         file: FileFacts | None = None,
+        units: str = "",
     ) -> None:
         """Start editing another volume's TF, clearing the undo stack.
 
@@ -239,7 +242,7 @@ class ViewerState(ViewNavigation):
         """
         self.volumeStarting.emit()
         self.edits.stack.clear()
-        self.default, self.file = default, file or FileFacts()
+        self.default, self.file, self.units = default, file or FileFacts(), units
         for name, each in self.edited.items():
             if name != "light":
                 each.start(others.get(name))

@@ -241,7 +241,7 @@ class Workspace(QObject):
         if is_next and tf_input.compares and memory.tf_b is None:
             others |= {"compares": True, "tf_b": tf_input.of("B"), "look_b": tf_input.look}
             tf = tf or tf_input.of("A")
-        self._state.start_volume(opened.default, tf, others, volume.file)
+        self._state.start_volume(opened.default, tf, others, volume.file, volume.units)
         if wanted.memory is not None:
             self._keep_edits()
         if wanted.memory is not None or (memory.mask and opened.mask is None):
