@@ -254,8 +254,8 @@ FULL = TrainingJob(
 
 
 @pytest.mark.parametrize(("change", "message"), [
-    ({"minutes": None}, "minutes or in samples"), ({"minutes": -1.0}, "not positive"),
-    ({"minutes": math.nan}, "not positive"), ({"minutes": math.inf}, "not positive"),
+    ({"minutes": None}, "minutes or in samples"), ({"minutes": -1.0}, "must be a number above 0"),
+    ({"minutes": math.nan}, "a number above 0"), ({"minutes": math.inf}, "a number above 0"),
     ({"samples": 5}, "either"),
     ({"settings": ("nonsense=1",)}, "no 'nonsense'"),
     ({"lighting": "none"}, "no light to move"),
