@@ -94,11 +94,10 @@ class PresetMenu(QMenu):
         """Return the presets of the volume, the default one first."""
         histogram = self._area.histogram
         scalar_range = self._state.scalar_range
-        is_smooth = self._state.interpolates
-        what = "The volume's first TF" if is_smooth else "Each label in its colour"
         # Like the others, it keeps the range.
-        default = Preset("Default", what, fit_to_range(self._state.default, scalar_range))
-        if not is_smooth:
+        first = fit_to_range(self._state.default, scalar_range)
+        default = Preset("Default", "The volume's first TF", first)
+        if not self._state.interpolates:
             # Looks such as skin or glass make no sense for labels.
             return default, *self.own()
         # Of the whole volume, so that the order does not depend on the shown range.
