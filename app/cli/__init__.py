@@ -56,7 +56,8 @@ def run(arguments: Sequence[str] | None = None) -> int:
             if type(error).__name__ == "Abort":
                 return 130
             raise
-        return _fail(f"{error.format_message().rstrip('.')}. See --help.")
+        message = error.format_message().replace("Value error, ", "").rstrip(".")
+        return _fail(f"{message}. See --help.")
     return code if isinstance(code, int) else 0
 
 

@@ -263,6 +263,7 @@ BAD_INPUT = [
     ("sensitivity --size 1040 --block 1 --out x.npz", "larger blocks"),
     ("train --out x --reuse 0.5", "--reuse"),
     ("train --out x --dataset . --lighting direct --reuse 2", "lighting and reuse"),
+    ("train --out x --preset huge", "'--preset': 'huge' is not one of"),
     ("train --out x --dataset . --range 0,1", "the range would have no effect"),
     ("train --out x --samples 0", "must be a number above 0"),
     ("train --out x --samples 5 --minutes 5", "either"),
