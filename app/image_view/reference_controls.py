@@ -56,13 +56,13 @@ class BrightnessSlider(QWidget):
         self.slider.setMinimumWidth(150)
         self.slider.setToolTip(
             "Brighten or darken both images. Dark colours change by this factor, bright ones by "
-            f"less, so that none saturates. Lit images start at {LIT_BRIGHTNESS:g}×. Saved "
-            "pictures have the same brightness."
+            f"less, so that none saturates. Lit images start at {LIT_BRIGHTNESS:g}×, and "
+            "a TF of a brightened picture (Browse TFs) with that. Saved pictures are as bright."
         )
         self.number = QLabel()
         # Wide enough for any number, so that the slider keeps its place.
         self.number.setMinimumWidth(self.fontMetrics().horizontalAdvance("0.00×"))
-        tip = "The usual brightness of this light"
+        tip = "Take back the usual brightness of this light"
         self.reset = text_button("Reset", tip, lambda: brightness.set(None))
         row = QHBoxLayout(self)
         fill(row, label, self.slider, self.number, self.reset, margins=(20, 4, 12, 4), spacing=6)

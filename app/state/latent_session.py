@@ -338,9 +338,16 @@ class LatentSession(QObject):
             # Another view's overview may be on its way.
             self._looking.forget()
             return
-        self._looking.ask(
-            partial(_overview, volume, self._state.inputs, space, map_, self.looked.emit)
-        )
+        self._looking.ask(partial(self._overview, volume, self._state.inputs, space, map_))
+
+    def _overview(
+        self, volume: Volume, inputs: SceneInputs, space: LatentSpace, map_: LatentMap
+    ) -> tuple[LatentMap, SceneInputs, Overview]:
+        from model.latent.tiny_pictures import overview_of
+
+        self.looked.emit(0.0)
+        tfs = space.frame.stretched(map_.samples.tfs)
+        return map_, inputs, overview_of(volume, inputs, tfs, progress=self.looked.emit)
 
     def _take_overview(self, answer: Any) -> None:
         map_, inputs, overview = answer
@@ -369,20 +376,6 @@ def _embed(
         except LatentError as error:
             return places, str(error)
     return places, ""
-
-
-def _overview(
-    volume: Volume,
-    inputs: SceneInputs,
-    space: LatentSpace,
-    map_: LatentMap,
-    progress: Callable[[float], None],
-) -> tuple[LatentMap, SceneInputs, Overview]:
-    from model.latent.tiny_pictures import overview_of
-
-    progress(0.0)
-    tfs = space.frame.stretched(map_.samples.tfs)
-    return map_, inputs, overview_of(volume, inputs, tfs, progress=progress)
 
 
 def _seen_by(inputs: SceneInputs) -> tuple[object, ...]:
