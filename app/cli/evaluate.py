@@ -14,6 +14,7 @@ from model.volume_files.source import VolumeSource
 MEASURES = {
     "rmse": "image RMSE", "masked_rmse": "RMSE where opacity > .01", "emd": "colour EMD",
     "ssim": "SSIM", "flip": "FLIP", "opacity_rmse": "opacity image RMSE",
+    "tf_rmse": "opacity TF RMSE",
 }  # fmt: skip
 AGREEMENTS = {
     "image_cosine": "whole image, cosine", "image_rank": "whole image, rank correlation",

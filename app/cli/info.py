@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from app.cli import options
+from app.cli.evaluate import MEASURES
 from app.cli.options import option
 from app.cli.values import range_text
 from model.networks.card import MODEL_FILE, ModelCard, errors_by_kind
@@ -60,13 +61,13 @@ class Info:
 def _card_rows(card: ModelCard) -> list[tuple[str, str]]:
     scene, size, course = card.scene, card.size, card.training
     between = "{:.10g} to {:.10g}".format
+    window = between(*values_at(scene.scalar_window, scene.scale))
     families = {"paper": "the paper's mixtures", "drawn": "as people draw them"}
     rows = [
         ("volume", scene.volume_name),
         ("scalar range", between(*values_at(scene.scalar_range, scene.scale))),
-        ("scalar window", between(*values_at(scene.scalar_window, scene.scale))),
         *([("scale", f"over {SCALE_NAMES[scene.scale]}")] if scene.scale != "linear" else []),
-        ("random TFs", families[scene.tf_family]),
+        ("random TFs", f"{families[scene.tf_family]}; peaks at values from {window}"),
         ("lighting", scene.lighting + (", movable light" if scene.light_range else "")),
         ("views", f"with {scene.view_range.up} up"),
         ("rendered by", RENDERER_NAMES[scene.renderer]),
@@ -82,8 +83,9 @@ def _card_rows(card: ModelCard) -> list[tuple[str, str]]:
         spent = f"{course['seconds'] / 60:.0f} minutes on {course['device']}"
         rows.append((name, f"{spent}, {course['samples_seen']:,} samples seen, {supply}"))
         name, course = "before that", course.get("start", {})
+    rows.append(("errors", "hold-out means; 0 is best (SSIM: 1); shipped models: image RMSE .07"))
     for name, value in card.metrics.get("holdout", {}).items():
-        rows.append((f"hold-out {name}", f"{value:.4f}"))
+        rows.append((MEASURES.get(name, name), f"{value:.4f}"))
     for name, error in errors_by_kind(card.metrics).items():
-        rows.append((f"rmse, {name}", f"{error:.4f}"))
+        rows.append((f"image RMSE, {name}", f"{error:.4f}"))
     return rows

@@ -155,7 +155,7 @@ def test_a_png_shows_the_image_on_black(raw_file, tf_file, tmp_path):
 def test_the_generator_renders_its_model(trained, tf_file, tmp_path, capsys):
     assert run(["info", str(trained)]) == 0
     printed = capsys.readouterr().out
-    assert all(part in printed for part in ("ball", "64 x 64", "hold-out rmse"))
+    assert all(part in printed for part in ("ball", "64 x 64", "image RMSE"))
     out = tmp_path / "image.npy"
     arguments = f"render --renderer generator --model {trained} --tf {tf_file} --view 10,5"
     assert run([*arguments.split(), "--out", str(out)]) == 0
