@@ -1,10 +1,11 @@
 """The slices in the window: built when first shown, and linked to images and TF plot."""
 
+from functools import partial
 from typing import Any, cast
 
 import numpy as np
 import pyqtgraph as pg
-from PySide6.QtCore import QEvent, QObject, QPointF, QRect, Qt
+from PySide6.QtCore import QEvent, QObject, QPointF, QRect, Qt, QTimer
 from PySide6.QtGui import QColor, QKeyEvent, QPainter, QPen
 from PySide6.QtWidgets import QSplitter, QWidget
 
@@ -40,6 +41,7 @@ class Slices(QObject):
         self.state = SliceState(context.state, self)
         self.column: SlicesColumn | None = None  # built when it is first shown
         self._step = self._width = 0  # the user's width of the slices, if any
+        self._before = self.state.place  # before the mouse was pressed
         self._under: float | None = None
         self._holds = False
         self.state.moved.connect(self._keep_place)
@@ -186,8 +188,13 @@ class Slices(QObject):
             which = f"{self._step + 1} of {len(found)} along the line of sight"
             self._context.status.say(f"Place {which}: {100 * share:.0f} % of the opacity.")
 
-    def eventFilter(self, _watched: QObject, event: QEvent) -> bool:
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """Step along the ray through the clicked point with the keys up and down."""
+        if event.type() == QEvent.Type.MouseButtonPress:
+            self._before = self.state.place
+        elif event.type() == QEvent.Type.MouseButtonDblClick and watched not in self.areas:
+            # It returns to the first view; once its first click is undone, so is this.
+            QTimer.singleShot(0, self, partial(self.state.move, self._before))
         if event.type() not in (QEvent.Type.ShortcutOverride, QEvent.Type.KeyPress):
             return False
         key = cast(QKeyEvent, event)

@@ -264,6 +264,12 @@ def test_a_click_in_an_image_goes_to_what_shows_there_and_keys_go_on(window, gui
     window.slices.toggle()
     QTest.mouseClick(canvas, Qt.MouseButton.LeftButton, pos=rect.topLeft() + QPoint(20, 2))
     assert "Nothing shows there" in window.status.news
+    # A double click returns to the first view; its first click does not count.
+    QTest.mouseClick(canvas, Qt.MouseButton.LeftButton, pos=point)
+    assert voxel(window) == voxel_of(volume, places[0][0])
+    QTest.mouseDClick(canvas, Qt.MouseButton.LeftButton, pos=point)
+    QTest.qWait(0)
+    assert voxel(window) == voxel_of(volume, places[-2][0])
 
 
 def test_a_resting_mouse_marks_the_value_and_shows_where_it_is_visible(qtbot, window):
