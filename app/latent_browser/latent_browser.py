@@ -99,8 +99,8 @@ class BrowserBar(QWidget):
         self._codecs[choices.codec].setChecked(True)
         self.map.setChecked(choices.on_map)
         self.reset.setVisible(choices.on_map)
-        if choices.band is None and self._band_before is not None:
-            self.band.clear()
+        if choices.band != self._band_before:
+            self.band.setText(" to ".join(f"{value:.10g}" for value in choices.band or ()))
         self._band_before = choices.band
 
     def _read_band(self) -> None:
@@ -117,6 +117,7 @@ class BrowserBar(QWidget):
             )
             return
         self._report("")
+        self._band_before = band  # as it is written
         self._latent.choose(band=band)
 
 

@@ -8,6 +8,7 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path, PureWindowsPath
 from typing import Any
 
+from app.state.latent_session import LatentChoices
 from app.state.sensitivity_state import Choices
 from app.state.settings import SessionSettings, VolumeMemory
 from model.errors import TfscopeError, os_errors_as
@@ -32,7 +33,7 @@ class SessionContent:
     settings: SessionSettings = field(default_factory=SessionSettings)
     sensitivity: Choices = field(default_factory=Choices)
     band: Range | None = None
-    browsing: bool = False
+    latent: LatentChoices = field(default_factory=LatentChoices)
 
 
 @dataclass(frozen=True)

@@ -113,8 +113,8 @@ class Sessions(QObject):
         band = context.sensitivity.band
         kept = band.values if band is not None and band.kept else None
         settings = part_of(self._preferences.settings, SessionSettings)
-        choices, is_browsing = context.sensitivity.choices, context.latent.choices.shown
-        content = SessionContent(memory, settings, choices, kept, is_browsing)
+        choices = context.sensitivity.choices
+        content = SessionContent(memory, settings, choices, kept, context.latent.choices)
         return Session(opened.path, opened.fingerprint, content, self._workspace.model.folder)
 
     def open(self, path: Path, volume: Path | None = None) -> None:
@@ -199,7 +199,7 @@ class Sessions(QObject):
         context.sensitivity.choose(**vars(content.sensitivity))
         if content.band is not None:
             context.sensitivity.keep(*sorted(content.band))
-        context.latent.choose(shown=content.browsing)
+        context.latent.choose(**vars(content.latent))
         if path != self._before_path:
             self._preferences.note_recent("sessions", path)
         self._name_window(path.name)

@@ -114,14 +114,13 @@ class ToolStrip(QFrame):
             button.clicked.connect(lambda on, tool=tool: regions.set_tool(tool if on else None))
         regions.changed.connect(lambda _what: self._show_tool(regions.tool))
 
-    def lie_over(self, canvas: QWidget | None) -> None:
-        """Move over a canvas; hide without one."""
-        if canvas is not None and self.parentWidget() is not canvas:
+    def lie_over(self, canvas: QWidget) -> None:
+        """Move over a canvas."""
+        if self.parentWidget() is not canvas:
             self.setParent(canvas)
             self.move(*TOOLS_PLACE)
-        self.setVisible(canvas is not None)
-        if canvas is not None:
-            self.raise_()
+            self.show()
+        self.raise_()
 
     def _show_tool(self, chosen: Tool | None) -> None:
         for tool, button in self._tools.items():

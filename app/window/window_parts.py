@@ -149,7 +149,7 @@ class WindowParts(QMainWindow):
         images = self.panes.images
         self.reference.is_alone = len(images) == 1 and not self.panes.wipes
         self.overlays.lie_over(images[-1].canvas)
-        self.tools.lie_over(None if self.panes.is_browsing else images[0].canvas)
+        self.tools.lie_over(images[0].canvas)
         self._floating.set_corner_of(images[-1] if self.panes.is_browsing else None)
         # Tab goes from the bar to the tools, then from image to image.
         tools = self.tools

@@ -9,6 +9,7 @@ from fake_models import WEIGHTS, make_model
 from kept_values import MEMORY, SETTINGS
 from ramp import make_volume
 
+from app.state.latent_session import LatentChoices
 from app.state.library import Library
 from app.state.preferences import Preferences
 from app.state.sensitivity_state import Choices
@@ -24,7 +25,7 @@ CONTENT = SessionContent(
     part_of(SETTINGS, SessionSettings),
     Choices(False, False, True, False, "change", "exact", 9.0, 0.1, True, True),
     (120.0, 140.0),
-    True,
+    LatentChoices(True, True, "model", (90.0, 120.0)),
 )
 """None of them the usual value."""
 
@@ -39,7 +40,7 @@ def make_session(folder):
 def test_every_field_comes_back(tmp_path):
     usual = SessionContent()
     for part, kind in ((CONTENT, usual), *((getattr(CONTENT, n), getattr(usual, n))
-                       for n in ("memory", "settings", "sensitivity"))):  # fmt: skip
+                       for n in ("memory", "settings", "sensitivity", "latent"))):  # fmt: skip
         same = {f.name for f in fields(part) if getattr(part, f.name) == getattr(kind, f.name)}
         # These are of the machine that it was saved on.
         assert same == ({"path", "models"} if isinstance(part, VolumeMemory) else set())
@@ -88,7 +89,7 @@ def test_what_is_no_session_is_refused(tmp_path, change, words):
         ("memory", "crop", {"low": [0, 0, 0], "high": [1, 1, 7]}),
         ("memory", "clip", {"normal": [0, 0, 0], "offset": 0.5}), ("settings", "cube", 1),
         ("sensitivity", "width", 1e9), ("", "memory", []), ("", "band", [3.0]),
-        ("", "browsing", "yes"),
+        ("latent", "shown", "yes"),
     ],
 )  # fmt: skip
 def test_what_is_wrong_is_named_and_costs_no_more(tmp_path, part, name, value):

@@ -32,6 +32,7 @@ def change_all(window, tf):
     window.overlays.toggle("legend")
     window.overlays.toggle("cube")
     window.panes.shown, window.workspace.model.shows_image = "reference", True
+    window.latent_state.choose(shown=True, on_map=True, band=(90.0, 120.5))
     window.brightness.set(1.5)
     window.brightness.finish()
 
@@ -61,11 +62,13 @@ def test_all_comes_back(qtbot, start_again, builders, volume, tmp_path):
     window.sensitivity_state.choose(measure="signed", width=6.0, panel=False)
     window.overlays.toggle("legend")
     window.panes.shown, window.workspace.model.shows_image = "both", None
+    window.latent_state.choose(shown=False, on_map=False, band=None)
     between = window.sessions.session()
     open_session(qtbot, window, path)
     assert window.sessions.session() == saved
     assert window.state.transfer_function == other and window.state.view == VIEW
     assert window.overlays.has("legend") and not window.overlays.has("cube")
+    assert window.browser.bar.band.text() == "90 to 120.5"
     assert "a.tfscope" in window.windowTitle()
     # What was there before is a click away.
     (notice,) = [text for text in texts_of(window) if "Go back" in text]

@@ -133,11 +133,11 @@ def test_what_lies_over_the_images_follows_them(make_window):
     assert window.crop_card.isVisible()
     QTest.keyClick(window, Qt.Key.Key_Escape)
     assert not window.crop_card.isVisible() and not tools.crop.isChecked()
-    window.panes.swap()
-    assert tools.parentWidget() is window.reference.canvas
     window.latent_state.choose(shown=True)
-    assert not tools.isVisible()
+    assert tools.parentWidget() is window.reference.canvas and tools.isVisible()
     window.latent_state.choose(shown=False)
+    window.panes.swap()
+    assert tools.parentWidget() is window.reference.canvas and tools.isVisible()
     window.panes.swap()
     canvases = [pane.canvas for pane in (window.generator, window.reference)]
     before = [canvas.grab().toImage() for canvas in canvases]
