@@ -13,6 +13,7 @@ from PySide6.QtCore import QEvent, QLineF, QObject, QPointF, QRectF, QSignalBloc
 from PySide6.QtGui import (
     QBrush,
     QColor,
+    QCursor,
     QKeyEvent,
     QMouseEvent,
     QPainter,
@@ -72,6 +73,7 @@ class SliceState(QObject):
     def __init__(self, viewer: ViewerState, parent: QObject) -> None:
         super().__init__(parent)
         self.viewer = viewer
+        self.marks: list[Callable[[SliceView, QPainter], object]] = []  # painted over each slice
 
     def show(self, **changes: Any) -> None:
         """Change some of the attributes, by their names."""
@@ -141,6 +143,7 @@ class SliceView(pg.GraphicsView):  # type: ignore[misc]
         self.setMinimumSize(120, 90)
         self.setProperty("role", "slice")
         self.setCursor(Qt.CursorShape.CrossCursor)
+        self.setFocusPolicy(Qt.FocusPolicy.WheelFocus)
         self.number.setKeyboardTracking(False)
 
     @property
@@ -254,10 +257,13 @@ class SliceView(pg.GraphicsView):  # type: ignore[misc]
         return self.plane.moved(self._state.place, (at.x(), at.y()))
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Keep showing the whole slice, unless it was zoomed."""
+        """Keep showing the whole slice, unless it was zoomed; report the place under the mouse."""
         super().resizeEvent(event)
         if self._is_fit:
             self.fit()
+        if self.underMouse():
+            position = self.mapFromGlobal(QCursor.pos())
+            self._state.hovered.emit(self.place_under(QPointF(position)))
 
     def wheelEvent(self, event: QWheelEvent) -> None:
         """Scroll, or zoom to the mouse."""
@@ -374,6 +380,8 @@ class SliceView(pg.GraphicsView):  # type: ignore[misc]
         if self.hasFocus():
             painter.setPen(QPen(QColor(theme.ON_IMAGE.change), 1))
             painter.drawRect(self.rect().adjusted(0, 0, -1, -1))
+        for paint in self._state.marks:
+            paint(self, painter)
 
 
 class SlicesColumn(QWidget):
@@ -459,7 +467,7 @@ class SlicesColumn(QWidget):
         value = slices.stored_at(volume, place)
         said, name = "nothing measured", ""
         if value is not None:
-            said = f"value {value:.9g} {volume.units}".rstrip()
+            said = f"{value:.9g} {volume.units}" if volume.units else f"value {value:.9g}"
             name = self._state.viewer.label_name(value)
         voxel = f"voxel {', '.join(str(n + 1) for n in slices.voxel_of(volume, place))}"
         step, found = min(volume.spacing), slices.coordinates(volume, place)
@@ -467,7 +475,7 @@ class SlicesColumn(QWidget):
         where = "  ".join([*numbers, volume.file.spacing_unit]).rstrip()
         # Two lines in any case, so that they are level with the menu.
         lines = (said, name, voxel if where else ""), where or voxel
-        self.value.set_full_text("   ".join(filter(None, lines[0])))
+        self.value.set_full_text("  ".join(filter(None, lines[0])))
         self.where.set_full_text(lines[1])
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Literal
@@ -113,26 +113,28 @@ class Marks:
         self._write(start, bottom - end - 0.45 * text, bar.text)
 
     def line(self, subject: Subject, view: View) -> None:
-        """Paint the ruler's line with its length, or its first end alone."""
-        text, scale = self._text, subject.scale
-        if scale is None or not subject.line:
+        """Paint the ruler's line in an image."""
+        if subject.scale is None or not subject.line:
             return
-        projection, points = Projection(view, scale.proportions), np.array(subject.line)
+        projection, points = Projection(view, subject.scale.proportions), np.array(subject.line)
         ends = projection.seen_part(points[0], points[-1])
-        if ends is None:
-            return
-        half, middle = min(self._rect.width(), self._rect.height()) / 2, QRectF(self._rect).center()
-        places = [middle + QPointF(half * x, -half * y) for x, y in projection.places(ends)]
-        path = QPainterPath(places[0])
+        if ends is not None:
+            half = min(self._rect.width(), self._rect.height()) / 2
+            middle, places = QRectF(self._rect).center(), projection.places(ends)
+            self.ruler(subject, [middle + QPointF(half * x, -half * y) for x, y in places])
+
+    def ruler(self, subject: Subject, places: Sequence[QPointF]) -> None:
+        """Paint the ruler's line between two places with its length, or its first end alone."""
+        text, path = self._text, QPainterPath(places[0])
         path.lineTo(places[-1])
         for place in places:
             path.addEllipse(place, 0.25 * text, 0.25 * text)
         self._stroke(path)
-        if len(points) > 1:
-            # Where it does not cover the line.
-            right = max(places, key=QPointF.x)
-            length = scale.length_text(points[0], points[1])
-            self._write(right.x() + 0.7 * text, right.y() + 0.35 * text, length)
+        if subject.scale is not None and len(subject.line) > 1:
+            length, right = subject.scale.length_text(*subject.line), max(places, key=QPointF.x)
+            # Next to the line; if there is no room, above its end.
+            x, most = right.x() + 0.7 * text, self._rect.right() - self._width_of(length) - text
+            self._write(min(x, most), right.y() + (0.35 if x <= most else -0.7) * text, length)
 
     def difference_bar(self, compared: Comparison) -> None:
         """Paint the colours of a difference at the lower right, with their ends."""

@@ -24,7 +24,7 @@ Drag a round handle of the crop box (K) | move that plane
 Shift+K | cut by a plane that faces the viewer; drag its arrow to turn it
 O | orthographic view, or perspective
 Click, then I or X | isolate what is connected there, or cut it away
-M, then two clicks or a drag | measure their distance; Escape removes it
+M, then two clicks or a drag, also in a slice | measure their distance; Escape removes it
 C, D | two images or one; their difference
 Shift+O | show or hide the opacity images
 Drag the ball in the top bar, or Ctrl, Shift and drag | move the light
@@ -36,7 +36,8 @@ Ctrl+Shift+W | both in one image; drag the line between them
 Wheel, or Page up and down; with Shift | the next slice; ten at once | Wheel | next slice
 Drag | move the cross-hair | Drag | cross-hair
 Double click | this slice alone, or all three | Double click | large
-Ctrl and wheel; middle drag; Home | zoom; pan; all of the slice
+Ctrl and wheel; F or Home | zoom; all of the slice | Ctrl wheel, F | zoom, fit
+Middle drag, or Shift and drag | pan
 Right drag | window and level of grey | Right drag | grey
 I; X | show the connected voxels alone; cut them away | I | isolate
 Rest the mouse on a voxel | where is its value visible? | Rest | where visible

@@ -289,7 +289,7 @@ class Menus:
             window.crop_card.set_shown(True)  # with the keys that move the plane
 
         self._add(menu, "&Reset view", state.reset_view, "Ctrl+0")
-        self._add(menu, "&Zoom to fit", state.view_whole, "F")
+        self._add(menu, "&Zoom to fit", window.slices.fit, "F")
         sides = menu.addMenu("Fr&om")
         for number, name in enumerate(STANDARD_VIEWS, start=1):
             self._add(sides, name, partial(state.look_from, name), f"Ctrl+{number}")

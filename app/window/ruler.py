@@ -1,16 +1,20 @@
-"""A ruler: two clicks or a drag in an image, and the distance between what shows there."""
+"""A ruler: two clicks or a drag in an image or a slice, and the distance between the places."""
 
 from dataclasses import replace
 from typing import cast
 
 from PySide6.QtCore import QEvent, QObject, QPointF, Qt
-from PySide6.QtGui import QCursor, QMouseEvent
-from PySide6.QtWidgets import QApplication
+from PySide6.QtGui import QCursor, QMouseEvent, QPainter
+from PySide6.QtWidgets import QApplication, QWidget
 
 from app.image_view.image_canvas import ImageCanvas
+from app.slices.slice_view import SliceView
 from app.window.context import Context
+from app.window.figure import Marks
 from app.window.overlays import Overlays
+from app.window.slices import Slices
 from model.rendering.ray_places import ray_places
+from model.scene.slices import voxel_of
 from model.scene.view import from_middle
 from model.scene.volume import Triple
 
@@ -19,19 +23,21 @@ NOTHING = "Nothing shows there; click on something that does."
 
 
 class Ruler(QObject):
-    """Takes two clicks or a drag in an image; the overlays show the line between its ends.
+    """Takes two clicks or a drag; images and slices show the line between its ends.
 
     The line stays until Escape or the next line's first click.
     """
 
-    def __init__(self, context: Context, overlays: Overlays) -> None:
+    def __init__(self, context: Context, overlays: Overlays, slices: Slices) -> None:
         super().__init__(context.window)
-        self._context, self._overlays = context, overlays
+        self._context, self._overlays, self._slices = context, overlays, slices
         self.is_on = self._took = False
         self._first: tuple[Triple, ...] = ()
         self._pressed = QPointF()  # where the mouse went down
         for pane in context.panes:
             pane.canvas.installEventFilter(self)
+        slices.filters.append(self)
+        slices.state.marks.append(self._paint)
 
     def toggle(self) -> None:
         """Start or stop measuring."""
@@ -64,38 +70,43 @@ class Ruler(QObject):
         self._took = self._took and kind != press
         if not self.is_on or kind not in (press, move, release):
             return False
-        canvas, mouse = cast(ImageCanvas, watched), cast(QMouseEvent, event)
+        widget, mouse = cast(QWidget, watched), cast(QMouseEvent, event)
         if self._context.sensitivity.tool is not None:
             # A region is being drawn.
             self.end()
             return False
         if kind == move:
-            canvas.setCursor(QCursor(Qt.CursorShape.CrossCursor))
-            return self._took or not mouse.buttons()
+            widget.setCursor(QCursor(Qt.CursorShape.CrossCursor))
+            # Slices go on naming the value under the mouse.
+            return isinstance(widget, ImageCanvas) and (self._took or not mouse.buttons())
         if mouse.button() != Qt.MouseButton.LeftButton or mouse.modifiers():
             return False
         way = (mouse.position() - self._pressed).manhattanLength()
         if kind == release and (not self._took or way < QApplication.startDragDistance()):
             return self._took
         self._pressed = mouse.position()
-        self._click(canvas, mouse)
+        self._click(widget, mouse.position())
         self._took = True
         return True
 
-    def _click(self, canvas: ImageCanvas, mouse: QMouseEvent) -> None:
+    def _click(self, widget: QWidget, position: QPointF) -> None:
         opened, say = self._context.workspace.opened, self._context.status.say
-        subject = self._overlays.subject
-        has_image = canvas.image is not None and not canvas.message
-        if opened is None or subject.scale is None or not has_image:
+        subject, found = self._overlays.subject, list[Triple | None]()
+        if opened is None or subject.scale is None:
             return
-        place = from_middle(canvas.place_of(mouse.position()))
-        # The press has given the focus to A or B.
-        found = ray_places(opened.volume, self._context.state.inputs, place)
-        if not found:
+        if isinstance(widget, ImageCanvas):
+            if widget.image is None or widget.message:
+                return
+            at, inputs = from_middle(widget.place_of(position)), self._context.state.inputs
+            # The press has given the focus to A or B.
+            found += [place for place, _share in ray_places(opened.volume, inputs, at)]
+        else:
+            found.append(cast(SliceView, widget.parent()).place_under(position))
+        if not found or found[0] is None:
             say(NOTHING)
             return
         # The first point may have been the previous volume's.
-        line = (*(self._first if subject.line else ()), found[0][0])
+        line = (*(self._first if subject.line else ()), found[0])
         self.is_on, self._first = len(line) < 2, line[:1]
         self._show(line)
         say(SECOND if self.is_on else f"Distance: {subject.scale.length_text(*line)}")
@@ -104,4 +115,17 @@ class Ruler(QObject):
         self._overlays.subject = replace(self._overlays.subject, line=line)
         for pane in self._context.panes if not self.is_on else ():
             pane.canvas.setCursor(QCursor(Qt.CursorShape.OpenHandCursor))
+        self._slices.state.changed.emit()
         self._context.update_images()
+
+    def _paint(self, view: SliceView, painter: QPainter) -> None:
+        """Paint the line in a slice that has its ends."""
+        subject, state, axis = self._overlays.subject, self._slices.state, view.plane.axis
+        marks = Marks.over(painter, view.rect())
+        if state.volume is not None and subject.line and marks is not None:
+            places = (
+                voxel_of(state.volume, state.place),
+                *(voxel_of(state.volume, end) for end in subject.line),
+            )
+            if len({place[axis] for place in places}) == 1:
+                marks.ruler(subject, [view.position_of(end) for end in subject.line])

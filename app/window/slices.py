@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QSplitter, QWidget
 
 from app import theme
 from app.engines.background import Pause
-from app.slices.slice_view import SlicesColumn, SliceState
+from app.slices.slice_view import SlicesColumn, SliceState, SliceView
 from app.state.opened_volume import OpenedVolume
 from app.tf_editor.plot_area import PlotArea
 from app.window.cards import CropCard
@@ -44,6 +44,7 @@ class Slices(QObject):
         self._before = self.state.place  # before the mouse was pressed
         self._under: float | None = None
         self._holds = False
+        self.filters: list[QObject] = []  # of the mouse's events on the slices
         self.state.moved.connect(self._keep_place)
         self.state.painted.connect(self._keep_paint)
         self.state.hovered.connect(self._hover)
@@ -65,6 +66,14 @@ class Slices(QObject):
         if self.state.volume is not None:
             self._context.preferences.set(slices=not self.is_shown)
             self._set_shown(not self.is_shown)
+
+    def fit(self) -> None:
+        """Show the whole slice under the mouse, or without one the whole volume."""
+        under = [view for view in cast(list[SliceView], self.areas) if view.underMouse()]
+        for view in under:
+            view.fit()
+        if not under:
+            self._context.state.view_whole()
 
     def take_piece(self, alone: bool) -> None:
         """Show a piece alone, or cut it away: at the cross-hair, if it was put there in a slice."""
@@ -133,6 +142,8 @@ class Slices(QObject):
         for view in column.views:
             view.setStatusTip("Slices (S)")
             view.installEventFilter(self)
+            for each in self.filters:
+                view.viewport().installEventFilter(each)
         for pane in self._context.panes:
             pane.canvas.decorations.append(self._paint)
             # After the view's keys, so that this filter is called first.

@@ -128,7 +128,7 @@ class WindowParts(QMainWindow):
         # After the gestures, so that regions get the mouse first.
         self.sensitivity = SensitivityView(self.workspace, self.context.panes, self.editor, self)
         self.crop_handles = [CropHandles(pane.canvas, self.state) for pane in self.context.panes]
-        self.ruler = Ruler(self.context, self.overlays)
+        self.ruler = Ruler(self.context, self.overlays, self.slices)
         # Last, so that a pane has the focus before anything is done there.
         self.wipe = WipeLine(self.state.tf_input, self.reference, self.pane_b)
 

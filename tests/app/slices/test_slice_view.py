@@ -5,9 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from mouse_events import drag, wheel
-from PySide6.QtCore import QPoint, QPointF, Qt
-from PySide6.QtGui import QPainter
+from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
+from PySide6.QtGui import QCursor, QEnterEvent, QPainter
 from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication
 from ramp import make_tf, make_volume
 from rested_window import open_volume, press, rested
 
@@ -20,6 +21,7 @@ from model.scene.view import Projection
 from model.scene.volume import FileFacts, Label, Volume
 
 HUGE = np.float64(1e250)
+ENTER = QEnterEvent(QPointF(), QPointF(), QPointF())
 CONTROL, SHIFT = Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.ShiftModifier
 
 
@@ -128,13 +130,19 @@ def test_a_double_click_makes_one_large_and_leaves_the_cross_hair(window):
     to = {level: (0, 2, 3), front: (0, 2, 5)}
     for view, is_large in ((level, True), (level, False), (front, True), (front, False)):
         point = at(window, view, *to[view])
+        QApplication.sendEvent(view, ENTER)
         QTest.mouseClick(view.viewport(), Qt.MouseButton.LeftButton, pos=point)
         assert voxel(window) != before
+        QCursor.setPos(view.viewport().mapToGlobal(point))
         QTest.mouseDClick(view.viewport(), Qt.MouseButton.LeftButton, pos=point)
         assert voxel(window) == before
         assert {each.isVisible() for each in views(window) if each is not view} == {not is_large}
         assert (column.width() > small) == is_large
         QTest.qWait(0)
+        if is_large:
+            place = view.place_under(QPointF(view.mapFromGlobal(QCursor.pos())))
+            under = voxel_of(state(window).volume, place or state(window).place)
+            assert f"voxel {', '.join(str(each + 1) for each in under)}" in readout(window)
         assert (view.width() == column.width() and view.height() > column.height() / 2) == is_large
     assert column.width() == small  # as the user has made it
 
@@ -148,7 +156,7 @@ def test_a_wide_column_has_slices_next_to_each_other(window):
         assert front.y() < side.y() and (level.height() > 300) == (width == 600)
 
 
-def test_zoom_pan_and_window_of_gray_by_the_mouse(window):
+def test_zoom_pan_and_window_of_gray_by_the_mouse(qtbot, window):
     view = views(window)[0]
     point, whole = at(window, view, 1, 1, 0), at(window, view, 3, 4, 0) - at(window, view, 0, 0, 0)
     wheel(view.viewport(), QPointF(point), 3, keys=CONTROL)
@@ -158,8 +166,15 @@ def test_zoom_pan_and_window_of_gray_by_the_mouse(window):
     before = at(window, view, 2, 2, 0)
     drag(view.viewport(), point, point + QPoint(7, -5), button=Qt.MouseButton.MiddleButton)
     assert (at(window, view, 2, 2, 0) - before - QPoint(7, -5)).manhattanLength() <= 2
-    QTest.keyClick(view, Qt.Key.Key_Home)
-    assert (at(window, view, 3, 4, 0) - at(window, view, 0, 0, 0) - whole).manhattanLength() <= 2
+    window.state.set_view(replace(window.state.view, distance=0.5))
+    seen = window.state.view
+    # The key means what is under the mouse.
+    for event, changes in ((ENTER, False), (QEvent(QEvent.Type.Leave), True)):
+        QApplication.sendEvent(view, event)
+        press(qtbot, window, Qt.Key.Key_F)
+        shown = at(window, view, 3, 4, 0) - at(window, view, 0, 0, 0)
+        assert (shown - whole).manhattanLength() <= 2
+        assert (window.state.view != seen) == changes
     # A right drag changes the window of gray.
     low, high = state(window).window
     drag(view.viewport(), point, point + QPoint(20, 0), button=Qt.MouseButton.RightButton)
@@ -176,6 +191,24 @@ def test_zoom_pan_and_window_of_gray_by_the_mouse(window):
     lung.trigger()
     assert (state(window).window, state(window).colors) == ((-1350, 150), "gray")
     assert readout(window).endswith("window 1500  level -600")
+
+
+def test_the_ruler_measures_in_a_slice_and_its_line_is_in_that_slice_alone(qtbot, window):
+    view, before, volume = views(window)[1], voxel(window), state(window).volume
+    ends = (0, before[1], 1), (3, before[1], 5)
+    plain = view.viewport().grab().toImage()
+    press(qtbot, window, Qt.Key.Key_M)
+    drag(view.viewport(), *(at(window, view, *end) for end in ends))
+    assert voxel(window) == before and window.status.news.startswith("Distance: ")
+    line = np.array(window.overlays.subject.line) * volume.extent
+    length = np.linalg.norm(line[1] - line[0])
+    wanted = np.linalg.norm(np.subtract(*ends) * volume.spacing)
+    assert f"{length:.4g}" in window.status.news and length == pytest.approx(wanted, rel=0.03)
+    assert view.viewport().grab().toImage() != plain
+    wheel(view.viewport(), QPointF(60, 60), 1)
+    shown = view.viewport().grab().toImage()
+    press(qtbot, window, Qt.Key.Key_Escape)
+    assert view.viewport().grab().toImage() == shown and not window.overlays.subject.line
 
 
 def test_voxels_that_images_do_not_show_are_faded(window):
@@ -282,7 +315,7 @@ def test_a_resting_mouse_marks_the_value_and_shows_where_it_is_visible(qtbot, wi
     assert mark.value() == pytest.approx(window.editor.area.axis.place(value))
     qtbot.waitUntil(lambda: asked.band is not None and asked.band.low == pytest.approx(value))
     assert not asked.band.effect and state(window).band is None
-    assert readout(window) == f"value {value:.9g} K\nvoxel 2, 4, {z + 1}"
+    assert readout(window) == f"{value:.9g} K\nvoxel 2, 4, {z + 1}"
     QTest.mouseMove(view.viewport(), at(window, view, 2, 1, z))
     assert asked.band is None
     qtbot.waitUntil(lambda: asked.band is not None)
@@ -334,7 +367,7 @@ OTHERS = [
     (Volume(make_volume().voxels, (1e-9, 2e-9, 3e-9)), (1, 1, 1), "x 1e-09  y 2e-09  z 3e-09"),
     (Volume(make_volume().voxels, (0.01,) * 3, (1e3,) * 3), (1, 1, 2), "x 1000.01  y 1000.01"),
     (Volume(make_volume().voxels[2:4] * HUGE, (20.0, 1, 1)), (3, 0, 1), "x 60  y 0  z 1"),
-    (labels(), (2, 2, 2), "value 3   liver   voxel 3, 3, 3\nx 2  y 2  z 14"),
+    (labels(), (2, 2, 2), "value 3  liver  voxel 3, 3, 3\nx 2  y 2  z 14"),
 ]  # fmt: skip
 
 
