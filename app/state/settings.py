@@ -31,13 +31,15 @@ RecentKind = Literal["volumes", "models", "transfer_functions", "sessions"]
 
 _Share = Annotated[float, Meta(ge=0, le=1)]
 _Byte = Annotated[int, Meta(ge=0, le=255)]
+_Side = Annotated[int, Meta(ge=0, le=8192)]
 
 
 @dataclass(frozen=True)
 class FigureSettings:
     """Choices of the figure or movie that was saved last."""
 
-    longer_side: Annotated[int, Meta(ge=0, le=8192)] = 0
+    longer_side: _Side = 0  # in pixels, in the image's proportions; 0 for the size on the screen
+    own_size: tuple[_Side, _Side] | None = None  # width and height in other proportions
     background: tuple[_Byte, _Byte, _Byte] | Literal["gradient"] | None = (0, 0, 0)
     """None is a transparent one."""
     legend: bool = False

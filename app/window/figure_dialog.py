@@ -35,6 +35,7 @@ LONGER_SIDES = (512, 1024, 1920, 2048, 4096, 8192)
 SAMPLES = (1, 4, 16, 64, 256, 1024)  # samples of each pixel that path-traced figures may have
 SHORTEST, LONGEST, HIGHEST_RATE = 0.5, 600.0, 60  # seconds, and frames per second
 BYTES_PER_PIXEL = 20  # memory of a rendering and of the figure made from it
+MUCH_MEMORY, LONG = 2**30, 5.0  # bytes and seconds from which the dialog names them
 PREVIEW = 440, 260  # width and height of the preview, in pixels
 
 _OWN_SIZE, _OTHER_COLOR = "Custom size", "Other colour…"
@@ -76,7 +77,8 @@ class FigureDialog(QDialog):
         self.legend_box.setToolTip("A colour bar with the scalar values, at the lower right")
         self.scale_box.setToolTip(f"In perspective, its length holds {DEPTH_TEXT}")
         self.samples_box = _samples_box(begin.samples) if begin.samples else None
-        self._memory = label("", "dim")
+        self._cost = label("", "dim")
+        self._pace = 0.0  # seconds that a sample of the preview's pixels took
         self._picture = named(label("Drawing …", "dim"), "Preview")
         self._picture.setAlignment(Qt.AlignmentFlag.AlignTop | Qt.AlignmentFlag.AlignHCenter)
         self._picture.setFixedSize(*PREVIEW)
@@ -98,8 +100,10 @@ class FigureDialog(QDialog):
         which, rate = self.which_box.currentData(), self.rate_box.value()
         return FigureChoice(width, height, background, *marks, which, samples, seconds, rate)
 
-    def show_preview(self, picture: QImage) -> None:
-        """Show the figure, small."""
+    def show_preview(self, picture: QImage, pace: float) -> None:
+        """Show the figure, small; a sample of a pixel has taken so many seconds."""
+        self._pace = pace
+        self._show_cost()
         keep, how = Qt.AspectRatioMode.KeepAspectRatio, Qt.TransformationMode.SmoothTransformation
         self._picture.setPixmap(QPixmap.fromImage(picture.scaled(*PREVIEW, keep, how)))
 
@@ -131,7 +135,7 @@ class FigureDialog(QDialog):
             ("Size", self.size_box),
             ("", sides),
             ("", self.keep),
-            ("", self._memory),
+            ("", self._cost),
             ("Samples per pixel", self.samples_box),
             ("Background", self.background_box),
             ("", self.legend_box),
@@ -159,10 +163,13 @@ class FigureDialog(QDialog):
         self.legend_box.setChecked(begin.legend)
         self.scale_box.setChecked(begin.scale_bar)
         self._set_present()
-        longer = max(begin.width, begin.height)
-        for row in range(1, self.size_box.count() - 1):
-            if max(self.size_box.itemData(row)) == longer:
-                self._take_preset(row)
+        if begin.height:
+            self.keep.setChecked(False)
+            self._show_size(*self._within(begin.width, begin.height))
+        elif begin.width:
+            width, height = self._present
+            scale = begin.width / max(width, height)
+            self._show_size(*self._within(round(width * scale), round(height * scale)))
 
     def _connect(self) -> None:
         self.which_box.currentIndexChanged.connect(self._set_present)
@@ -172,6 +179,10 @@ class FigureDialog(QDialog):
         switches = self.movie_box, self.keep, self.legend_box, self.scale_box
         for changed in (*(s.toggled for s in switches), self.background_box.currentIndexChanged):
             changed.connect(self._follow)
+        for box in (self.seconds_box, self.rate_box):
+            box.valueChanged.connect(self._show_cost)
+        if self.samples_box is not None:
+            self.samples_box.currentIndexChanged.connect(self._show_cost)
 
     def _copy(self) -> None:
         self.copies = True
@@ -201,10 +212,21 @@ class FigureDialog(QDialog):
         self._show_result()
 
     def _show_result(self) -> None:
-        width, height = self.width_box.value(), self.height_box.value()
-        need = readable_size(width * height * BYTES_PER_PIXEL)
-        self._memory.setText(f"{short(width * height / 1e6)} megapixels, needs {need} of memory")
+        self._show_cost()
         self.preview(self.choice())
+
+    def _show_cost(self) -> None:
+        """Say how large the figure is and, if that is much, what it needs."""
+        choice = self.choice()
+        pixels = choice.width * choice.height
+        texts, need = [f"{short(pixels / 1e6)} megapixels"], pixels * BYTES_PER_PIXEL
+        if need >= MUCH_MEMORY:
+            texts.append(f"{readable_size(need)} of memory")
+        # In other light, pictures take little longer than their preview.
+        seconds = self._pace * pixels * choice.samples * max(choice.frame_count, 1)
+        if seconds >= LONG:
+            texts.append(f"about {duration(seconds)}")
+        self._cost.setText(", ".join(texts))
 
     def _set_present(self, _row: int = 0) -> None:
         """Offer sizes of the image's proportions; the chosen row stays."""
@@ -298,6 +320,11 @@ class BackgroundBox(QComboBox):
                 return
             self.show_background((color.red(), color.green(), color.blue()))
         self._shown_row = self.currentIndex()
+
+
+def duration(seconds: float) -> str:
+    """Return a time as text, in seconds or minutes."""
+    return f"{seconds:.0f} s" if seconds < 90 else f"{seconds / 60:.0f} min"
 
 
 def _swatch(color: Background | None) -> QIcon:

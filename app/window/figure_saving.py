@@ -37,7 +37,7 @@ from app.window.figure import (
     panels,
     pixels_of,
 )
-from app.window.figure_dialog import PREVIEW, FigureDialog
+from app.window.figure_dialog import PREVIEW, FigureDialog, duration
 from app.window.overlays import ImageError, Overlays
 from model.errors import RenderError
 from model.rendering.movie_file import SUFFIXES, write_movie
@@ -84,6 +84,7 @@ class _Job:
     pictures: SimpleQueue[NDArray[np.uint8] | None] = field(default_factory=SimpleQueue)
     is_given_up: bool = False
     begun: float = field(default_factory=monotonic)
+    pace: float = 0.0  # seconds that a sample of a preview's pixel took
 
     @property
     def names(self) -> list[str]:
@@ -103,8 +104,7 @@ class _Job:
         if part < LEAST_PART:
             return ""
         seconds = (monotonic() - self.begun) * (1 - part) / part
-        left = f"{seconds:.0f} s" if seconds < 90 else f"{seconds / 60:.0f} min"
-        return f"\nAbout {left} left"
+        return f"\nAbout {duration(seconds)} left"
 
     def written(self) -> Iterator[NDArray[np.uint8]]:
         """Yield a movie's pictures as they are drawn; raise if it is cancelled."""
@@ -182,13 +182,14 @@ class FigureSaving(QObject):
         if last is None:
             compares = self._context.state.tf_input.compares
             marks = overlays.has("legend") or compares, overlays.has("scale_bar")
-            last = FigureSettings(0, overlays.background, *marks)
+            last = FigureSettings(0, None, overlays.background, *marks)
         which, look = self._which(), (last.background, last.legend, last.scale_bar)
         work = self._context.workspace.reference
         is_traced = "path" in (work.settings.lighting, work.settings_b.lighting)
         samples = (last.samples or FIGURE_SAMPLES) if is_traced else 0
         seconds = 0.0 if which == "difference" else last.seconds
-        return FigureChoice(last.longer_side, 0, *look, which, samples, seconds, last.rate)
+        width, height = last.own_size or (last.longer_side, 0)
+        return FigureChoice(width, height, *look, which, samples, seconds, last.rate)
 
     def sizes(self) -> dict[Which, Size]:
         """Width and height in screen pixels of all that can be drawn now."""
@@ -302,8 +303,14 @@ class FigureSaving(QObject):
     def _remember(self, choice: FigureChoice) -> None:
         last = self._context.preferences.settings.figure
         samples = choice.samples or (last.samples if last else 0)
-        look = max(choice.width, choice.height), choice.background, choice.legend, choice.scale_bar
-        kept = FigureSettings(*look, samples, choice.seconds, choice.rate)
+        look = choice.background, choice.legend, choice.scale_bar
+        size = choice.width, choice.height
+        width, height = shown = self.sizes().get(choice.which, size)
+        longer, own = 0 if size == shown else max(size), None
+        # Rounded sides may differ by a pixel, a movie's even ones by two.
+        if abs(choice.width * height - choice.height * width) > 2 * max(shown):
+            longer, own = 0, size
+        kept = FigureSettings(longer, own, *look, samples, choice.seconds, choice.rate)
         self._context.preferences.set(figure=kept)
 
     def _take(self, name: str, result: Result) -> None:
@@ -341,7 +348,7 @@ class FigureSaving(QObject):
             self._fail(str(error))
             return
         if self._preview is not None and is_preview:
-            self._preview[0].show_preview(image)
+            self._preview[0].show_preview(image, job.pace)
             return
         job.scale = None if compared is None else compared.scale
         job.drawn += 1
@@ -448,7 +455,7 @@ class FigureSaving(QObject):
         if before is not None:
             old = before[1].choice
             if (old.which, old.width, old.height) == (choice.which, width, height):
-                job.images = before[1].images
+                job.images, job.pace = before[1].images, before[1].pace
         if not job.lacking:
             self._compose(job)
         else:
@@ -459,6 +466,10 @@ class FigureSaving(QObject):
             return
         job = self._preview[1]
         job.images[name] = result.value, self._brightness(name)
+        if name != "generator":
+            # A generator takes as long for any size.
+            pixels = job.choice.width * job.choice.height / ENLARGED**2
+            job.pace += result.seconds / (pixels * result.request.quality.samples)
         if not job.lacking:
             self._compose(job)
 

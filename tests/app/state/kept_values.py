@@ -21,7 +21,7 @@ SETTINGS = Settings(
     hidden_panes=("generator",), swapped=True, slices=True, trackball=True,
     colors_follow_modes=False,
     last_folder="/data", window_geometry="AdnQywAD", splitters={"main": (500, 290)},
-    theme="light", single_keys=False, figure=FigureSettings(longer_side=1000),
+    theme="light", single_keys=False, figure=FigureSettings(0, (850, 1000)),
     recent_volumes=("/data/a.nrrd", "/data/ü \udce9.nrrd"), recent_models=("/data/model",),
     recent_transfer_functions=("/data/tf.json",), recent_sessions=("/data/a.tfscope",),
     places={"/data/a.nrrd": "f1"},

@@ -1,4 +1,5 @@
 import threading
+from dataclasses import replace
 
 import imageio.v3 as iio
 import numpy as np
@@ -48,6 +49,13 @@ def test_figures_are_saved_and_copied(qtbot, window, builders, tmp_path, monkeyp
     window.saving.draw(FigureChoice(20, 20), place)
     qtbot.waitUntil(lambda: "picture.png" in window.notice.text)
     assert not window.status.news
+    # The next figure begins in this size, or as large as the screen's again.
+    width, height = window.saving.sizes()["reference"]
+    half = width // 2, height // 2
+    for size, kept in ((half, (max(half), 0)), ((90, 300), (90, 300)), ((width, height), (0, 0))):
+        saved_figure(qtbot, window, FigureChoice(*size), tmp_path / f"{size}.png")
+        first = window.saving.first_choice()
+        assert (first.width, first.height) == kept
     # One is offered in its final size where there is an image.
     monkeypatch.undo()
     window.reference.canvas.show_image(None)
@@ -319,29 +327,38 @@ def test_each_of_what_it_may_show_has_its_proportions(qtbot):
 
 @pytest.mark.parametrize("background", [None, (255, 255, 255), (3, 60, 90)])
 def test_the_last_choice_comes_back(qtbot, background):
-    last = FigureChoice(64, 64, background, True)
-    dialog = FigureDialog({"reference": (20000, 10000)}, last)
-    qtbot.addWidget(dialog)
-    assert dialog.choice() == FigureChoice(8192, 4096, background, True)
+    # Of the screen's size, in its proportions, or in the user's own.
+    for last, size in (((0, 0), (8192, 4096)), ((700, 0), (700, 350)), ((700, 900), (700, 900))):
+        begin = FigureChoice(*last, background, True)
+        dialog = FigureDialog({"reference": (20000, 10000)}, begin)
+        qtbot.addWidget(dialog)
+        assert dialog.choice() == FigureChoice(*size, background, True)
+    assert not dialog.keep.isChecked()
     dialog.copy_button.click()
     assert dialog.result() == QDialog.DialogCode.Accepted and dialog.copies
 
 
 def test_a_movie_has_even_sides_that_players_show_and_a_background(qtbot):
-    dialog = FigureDialog({"reference": (20001, 10000)}, FigureChoice(0, 0, None, seconds=2.0))
+    begin = FigureChoice(0, 0, None, samples=16, seconds=2.0)
+    dialog = FigureDialog({"reference": (20001, 10000)}, begin)
     qtbot.addWidget(dialog)
-    assert dialog.choice() == FigureChoice(4096, 2048, (0, 0, 0), seconds=2.0)
+    assert dialog.choice() == replace(begin, width=4096, height=2048, background=(0, 0, 0))
     assert dialog.copy_button.isHidden()
     dialog.show()
     left = dialog.movie_box.x()
     dialog.rate_box.setValue(10)
     assert dialog.choice().frame_count == 20
+    # 20 pictures of 8.4 megapixels take as much longer than the preview.
+    dialog.show_preview(QImage(44, 22, QImage.Format.Format_RGB32), 2e-6)
+    assert dialog._cost.text() == "8.4 megapixels, about 89 min"
     dialog.movie_box.setChecked(False)
+    choose(dialog, "samples_box", "4")
+    assert dialog._cost.text() == "8.4 megapixels, about 67 s"
     assert dialog.choice().frame_count == 0 and not dialog.copy_button.isHidden()
     dialog.layout().activate()
     assert dialog.seconds_box.isHidden() and dialog.movie_box.x() == left
     dialog.width_box.setValue(8192)
-    assert dialog.choice() == FigureChoice(8192, 4096, None, rate=10)
+    assert dialog.choice() == FigureChoice(8192, 4096, None, samples=4, rate=10)
 
 
 SCALE = Scale((0.577, 0.577, 0.577), 50.0, "mm", (0.0, 0.0, 0.0), (1.0, 1.0, 1.0))
