@@ -256,7 +256,7 @@ class Preferences(QObject):
         if known is not None and known[1] == mask:
             return known[0]
         # Named by its content: another window may have another mask of the same volume.
-        content = hashlib.sha256(mask.bits).hexdigest()[:16]
+        content = hashlib.sha256(mask.bits + mask.edge).hexdigest()[:16]
         name = f"{_name(fingerprint)}.{content}{MASK_END}"
         self._masks[fingerprint] = name, mask
         if self.folder is not None:

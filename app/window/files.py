@@ -5,6 +5,7 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
+import numpy as np
 from PySide6.QtCore import QObject
 
 from app.controls import Action
@@ -27,6 +28,7 @@ from app.window.sessions import Sessions
 from app.window.volume_dialogs import ContentsDialog, LabelsDialog, PropertiesDialog
 from model.errors import TfscopeError, TransferFunctionError, VolumeError
 from model.networks.card import MODEL_FILE
+from model.rendering.scale_bar import volume_text
 from model.scene.mask import Mask
 from model.scene.scene import Scene
 from model.scene.transfer_function import TransferFunction
@@ -208,15 +210,16 @@ class Files(QObject):
         self._status.say(only if mask else f"{labels.name} shows all voxels, so it hides nothing.")
 
     def save_mask(self) -> None:
-        """Ask for a file and write the mask to it."""
+        """Ask for a file and write the mask to it, without its edge: its voxels are measured."""
         opened, mask = self._workspace.opened, self._context.state.mask_input.value
         name = proposed_name(self._context, "volume", f".mask{MASK_SUFFIXES[0]}")
         path = ask_for_place(self._context, "Save mask", MASK_FILTER, MASK_SUFFIXES, name)
         if path is not None and opened is not None and mask is not None:
 
             def write() -> Callable[[], object]:
-                write_mask(path, mask, opened.volume)
-                return partial(self._status.say, f"Saved {path.absolute()}.")
+                write_mask(path, mask.exact, opened.volume)
+                size = volume_text(int(np.count_nonzero(mask.exact.shown)), opened.volume)
+                return partial(self._status.say, f"Saved {path.absolute()}: {size}.")
 
             # An earlier one may use the same file.
             self._writes.join()

@@ -25,8 +25,8 @@ MOST_VOXELS = 1 << 24  # most cells of the grid for the search; larger volumes a
 class Piece:
     """Voxels that are connected to a point.
 
-    `voxels` includes one layer around them that belongs to no other piece: there the surface fades
-    by the TF, without a cut edge.
+    The mask's edge is one layer around them that belongs to no other piece: there the surface fades
+    by the TF, without a cut.
     """
 
     voxels: Mask
@@ -35,10 +35,15 @@ class Piece:
 
     def left(self, mask: Mask | None, alone: bool) -> Mask | None:
         """Return a mask limited to the piece, or without it."""
-        bits = np.frombuffer(self.voxels.bits, np.uint8)
-        bits = bits if alone else ~bits
-        bits = bits if mask is None else bits & np.frombuffer(mask.bits, np.uint8)
-        return Mask.of_packed(self.voxels.shape, bits)
+        bits, edge = (
+            np.frombuffer(each, np.uint8) for each in (self.voxels.bits, self.voxels.edge)
+        )
+        bits, edge = (bits, edge) if alone else (~bits, np.zeros_like(edge))
+        if mask is not None:
+            bits = bits & np.frombuffer(mask.bits, np.uint8)
+            edge = edge | np.frombuffer(mask.edge or bytes(len(edge)), np.uint8)
+        left = Mask.of_packed(self.voxels.shape, bits)
+        return None if left is None else left.with_edge(edge)
 
 
 def pieces_under(volume: Volume, inputs: SceneInputs, at: tuple[float, float]) -> tuple[Piece, ...]:
@@ -61,7 +66,7 @@ def pieces_at(volume: Volume, inputs: SceneInputs, place: NDArray[np.float64]) -
     part = tuple(slice(a, b + 1) for a, b in zip(first, end, strict=True))
     voxels, shown = volume.shown[part], np.ones(1, dtype=bool)
     if inputs.mask is not None:
-        shown = ~masked_voxels(volume, inputs.mask)[part]
+        shown = ~masked_voxels(volume, inputs.mask.exact)[part]
     if volume.hidden is not None:
         shown = shown & ~volume.hidden[part]
     if inputs.clip is not None:
@@ -81,10 +86,11 @@ def pieces_at(volume: Volume, inputs: SceneInputs, place: NDArray[np.float64]) -
 
     def piece_of(visible: NDArray[np.bool_], start: NDArray[np.int64], band: Range | None) -> Piece:
         inside, box = _connected(visible, start)
-        whole = np.zeros(volume.voxels.shape, dtype=bool)
+        whole, edge = np.zeros((2, *volume.voxels.shape), dtype=bool)
         whole[part][box] = grown(inside, visible[box])
-        packed = np.packbits(whole).tobytes()
-        return Piece(Mask(volume.voxels.shape, packed), int(np.count_nonzero(inside)), band)
+        edge[part][box] = whole[part][box] & ~inside
+        mask = Mask(volume.voxels.shape, *(np.packbits(each).tobytes() for each in (whole, edge)))
+        return Piece(mask, int(np.count_nonzero(inside)), band)
 
     visible = _of_values(voxels, runs, volume) & shown
     low = np.maximum(seed - NEAR, 0)

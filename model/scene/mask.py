@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,11 +16,13 @@ from model.scene.volume import Volume
 class Mask:
     """The voxels that are shown; all others are transparent under any TF.
 
-    Between shown and hidden voxels, the opacity falls linearly; between labels it is cut.
+    Between shown and hidden voxels, the opacity falls linearly; between labels it is cut. Some
+    shown voxels may be no more than an edge around the others, where a surface fades by the TF.
     """
 
     shape: tuple[int, int, int]  # of the volume's voxels (nz, ny, nx)
     bits: bytes = field(repr=False)  # 1 for each shown voxel, packed by `numpy.packbits`
+    edge: bytes = field(default=b"", repr=False)  # the same for the edge; empty without one
 
     @classmethod
     def of(cls, shown: NDArray[np.bool_]) -> Mask | None:
@@ -38,6 +40,17 @@ class Mask:
         if not (last or bits[:-1].any()):
             raise TfscopeError("Nothing would be left to show, so the image stays as it is.")
         return cls(shape, bits[:-1].tobytes() + last.tobytes())
+
+    def with_edge(self, edge: NDArray[np.uint8]) -> Mask:
+        """Return the mask whose edge are those of its voxels that packed bits select."""
+        kept = np.frombuffer(self.bits, np.uint8) & edge
+        return replace(self, edge=kept.tobytes() if kept.any() else b"")
+
+    @property
+    def exact(self) -> Mask:
+        """The mask without its edge."""
+        edge = np.frombuffer(self.edge or bytes(len(self.bits)), np.uint8)
+        return Mask(self.shape, (np.frombuffer(self.bits, np.uint8) & ~edge).tobytes())
 
     @property
     def shown(self) -> NDArray[np.bool_]:

@@ -110,10 +110,10 @@ def raised(opacity: OpacityTF, factor: float) -> OpacityTF:
 
 
 def isolate_value(opacity: OpacityTF, value: float, width: float, reach: Range) -> OpacityTF:
-    """Keep only the opacity near a value, with flanks of a width in the data's units.
+    """Keep only the opacity of values in a range, with flanks of a width in the data's units.
 
-    Modes among the values are kept; others become narrower modes there. Of a curve the part between
-    the values is kept. If nothing is left, one mode is added at the value.
+    Modes among the values are kept; others become narrower modes there. A curve keeps half of its
+    height at the range's ends. If nothing is left, one mode is added at the value.
     """
     if opacity.points and opacity(np.linspace(*reach, TF_SAMPLES)).max() > 0:
         return replace(opacity, points=_between(opacity, reach, width))
@@ -168,12 +168,15 @@ def _windowed(mode: GaussianMode, middle: float, width: float) -> GaussianMode:
 
 
 def _between(opacity: OpacityTF, reach: Range, width: float) -> tuple[tuple[float, float], ...]:
-    """Points of a curve between two values, with flanks that end one width beyond."""
+    """Points of a curve between two values, with flanks whose middles are these values."""
     (lo, hi), (low, high) = opacity.scalar_range, reach
-    kept = [low, *(p[0] for p in opacity.points if low < p[0] < high), high]
+    half = min(width, high - low) / 2
+    # Beyond an end of the scalar range there is nothing to cut.
+    first, last = (low + half if low > lo else lo), (high - half if high < hi else hi)
+    kept = [first, *(p[0] for p in opacity.points if first < p[0] < last), last]
     curve = dict(zip(kept, opacity(np.array(kept)).tolist(), strict=True))
-    for end in (low - width, high + width):
-        if lo < end < hi:
+    for end in (low - half, high + half):
+        if lo < end < hi and end not in curve:
             curve[end] = 0.0
     # The range's ends always have a point.
     for end in (lo, hi):

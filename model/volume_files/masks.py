@@ -24,6 +24,7 @@ MOST_LABELS = 4096  # different values that a file of labels may have
 MOST_COUNTED = 1 << 16  # largest difference of values that are counted one by one, which is faster
 MOST_NAMED = 12  # number of values that an error names
 ALIKE = 0.5  # distance in voxels up to which two grids count as the same
+EDGE = np.uint8(2)  # label of a stored mask's edge
 WIDEST = 1 << 15  # number of voxels along an axis that NIfTI-1 can no longer store
 
 
@@ -109,9 +110,10 @@ def _values(voxels: NDArray[np.generic]) -> NDArray[np.generic]:
 
 
 def read_mask(path: Path, volume: Volume) -> Mask | None:
-    """Read a volume's stored mask: all labels but 0; None shows all voxels."""
+    """Read a stored mask: all labels but 0, of which 2 is its edge; None shows all voxels."""
     labels = read_labels(path, volume, is_kept=True)
-    return labels.mask(labels.values)
+    mask = labels.mask(labels.values)
+    return None if mask is None else mask.with_edge(np.packbits(labels.voxels == EDGE))
 
 
 def _on_grid(labels: Volume, volume: Volume) -> tuple[NDArray[np.generic], str]:
@@ -184,10 +186,10 @@ def _unstretched(volume: Volume) -> NDArray[np.float64]:
 
 
 def write_mask(path: Path, mask: Mask, volume: Volume) -> None:
-    """Write a mask of a volume as labels: 1 for shown voxels. The file is complete or not there.
+    """Write a mask of a volume as labels: 1 for shown voxels, 2 for those of its edge.
 
-    It has the volume's grid; it is NIfTI by its name, else NRRD. Raises :class:`TfscopeError` if it
-    cannot be written.
+    The file is complete or not there, and has the volume's grid; it is NIfTI by its name, else
+    NRRD. Raises :class:`TfscopeError` if it cannot be written.
     """
     what, name = f"{path}: the mask cannot be written", path.name.lower()
     with os_errors_as(TfscopeError, what, "make room, or choose another place"):
@@ -196,7 +198,12 @@ def write_mask(path: Path, mask: Mask, volume: Volume) -> None:
             content = _nifti(mask, volume)
             write_atomically(path, gzip.compress(content, 1) if name.endswith(".gz") else content)
         else:
-            write_atomically(path, _nrrd_head(volume) + gzip.compress(mask.shown.tobytes(), 1))
+            write_atomically(path, _nrrd_head(volume) + gzip.compress(_labels(mask).tobytes(), 1))
+
+
+def _labels(mask: Mask) -> NDArray[np.uint8]:
+    shown = mask.shown.view(np.uint8)
+    return np.where(mask.exact.shown, shown, EDGE * shown) if mask.edge else shown
 
 
 def _nrrd_head(volume: Volume) -> bytes:
@@ -225,7 +232,7 @@ def _nifti(mask: Mask, volume: Volume) -> bytes:
     import nibabel
 
     kind: Any = nibabel.Nifti1Image if max(mask.shape) < WIDEST else nibabel.Nifti2Image
-    image = kind(mask.shown.T.view(np.uint8), None)
+    image = kind(_labels(mask).T, None)
     header, metres = image.header, METRES.get(volume.file.spacing_unit.lower())
     # In millimetres, as NIfTI has few units.
     in_mm = 1.0 if metres is None else metres / METRES["mm"]

@@ -56,6 +56,12 @@ def test_alone_and_cut_leave_what_a_mask_leaves():
     cut = first.left(None, False)
     np.testing.assert_array_equal(cut.shown, ~first.voxels.shown)
     np.testing.assert_array_equal(second.left(cut, True).shown, second.voxels.shown)
+    # A piece shown alone is no larger the next time: its edge is no part of it.
+    alone = first.left(None, True)
+    blocks = volume().voxels
+    assert pieces_at(volume(), inputs(mask=alone), at(4, 4, 7))[0].count == first.count
+    np.testing.assert_array_equal(alone.exact.shown, (blocks > 0) & first.voxels.shown)
+    np.testing.assert_array_equal(first.left(cut.exact.exact, False).shown, cut.shown)
     both = first.voxels.shown | second.voxels.shown
     assert not (second.left(cut, False).shown & both).any()
     with pytest.raises(TfscopeError, match="Nothing would be left"):

@@ -184,10 +184,13 @@ def test_of_a_curve_the_values_in_reach_are_isolated():
     points = ((100.0, 0.0), (120.0, 0.2), (160.0, 0.6), (200.0, 0.8))
     curve = OpacityTF((100.0, 200.0), points=points)
     alone = isolate_value(curve, 150.0, 3.0, (130.0, 170.0))
-    for value in (131.0, 150.0, 160.0, 169.0):
+    for value in (131.5, 150.0, 160.0, 168.5):
         assert at(alone, value) == pytest.approx(at(curve, value), abs=1e-6)
-    for value in (100.0, 120.0, 126.0, 174.0, 200.0):
+    for value in (100.0, 120.0, 128.5, 171.5, 200.0):
         assert at(alone, value) == 0.0
+    # The range's ends have half of the height.
+    for value, inner in ((130.0, 131.5), (170.0, 168.5)):
+        assert at(alone, value) == pytest.approx(at(curve, inner) / 2, abs=1e-6)
     assert len(alone.points) == 7
     # Up to the ends of the range, and there is nothing to keep where nothing was.
     high = isolate_value(curve, 190.0, 3.0, (170.0, 200.0))

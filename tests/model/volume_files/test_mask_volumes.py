@@ -33,6 +33,9 @@ def test_a_mask_comes_back_and_lies_where_its_volume_lies(tmp_path, space, stret
     assert read.mask(read.values) == mask and not read.note
     # What is kept stays although another spacing is typed.
     assert read_mask(path, replace(scan, spacing=(1.0, 1.0, 9.0))) == mask
+    edged = mask.with_edge(np.packbits(np.indices(SOME.shape)[2] == 2))
+    write_mask(tmp_path / f"edged{suffix}", edged, scan)
+    assert edged.edge and read_mask(tmp_path / f"edged{suffix}", scan) == edged != mask
     found = SimpleITK.ReadImage(str(path))
     np.testing.assert_array_equal(SimpleITK.GetArrayFromImage(found), SOME)
     np.testing.assert_allclose(found.GetSpacing(), (0.5, 1.5, 2.0), rtol=1e-6)
