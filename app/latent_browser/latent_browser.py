@@ -173,7 +173,7 @@ class Preview(QObject):
 
 
 OPENING = "Opening the map …"
-CHOOSING = "Choosing TFs that show different things: {:.0f} %"
+CHOOSING = "Choosing TFs that show different things:{:\u2007>4.0f} %"  # as wide for any number
 NO_TFS = "No TF passes the filters."
 NO_VOLUME = "Open a volume to see what TFs show of it."
 GAP = 8  # around map and grid, and between them, in pixels
@@ -222,10 +222,8 @@ class LatentBrowser(QWidget):
         return True
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """End by Escape what :meth:`escape` ends; the whole map by Home."""
-        if event.key() == Qt.Key.Key_Escape:
-            self.escape()
-        elif event.key() == Qt.Key.Key_Home and self._latent.choices.on_map:
+        """Show the whole map by Home."""
+        if event.key() == Qt.Key.Key_Home and self._latent.choices.on_map:
             self.map.reset()
         else:
             super().keyPressEvent(event)

@@ -83,7 +83,6 @@ class LatentPictures(QObject):
         self.state = latent
         self.session = LatentSession(state, latent, open_space, self)
         self.grid: GridPicture | None = None
-        self.hover: HoverPicture | None = None
         self._state = state
         self._model_size: int | None = None
         self.is_path_traced = False  # whether path-traced pictures follow those at rest
@@ -278,8 +277,7 @@ class LatentPictures(QObject):
         samples = self._taken(self._asked_hovers, self._hovers, source, result)
         if result.value is not None and samples is not None:
             tf = result.request.inputs.opacity_tf
-            self.hover = HoverPicture(tf, samples, result.value[0], source)
-            self.hoverDrawn.emit(self.hover)
+            self.hoverDrawn.emit(HoverPicture(tf, samples, result.value[0], source))
 
     def _taken(
         self,
@@ -319,7 +317,6 @@ class LatentPictures(QObject):
         self._hover_rest.stop()
         self._hovers.cancel()
         self._asked_hovers.clear()
-        self.hover = None
         self.hoverMoved.emit(None)
         self.hoverDrawn.emit(None)
 

@@ -190,28 +190,26 @@ def test_in_path_traced_light_traced_pictures_follow_at_rest(qtbot, window, buil
 
 
 def test_hovering_shows_picture_and_tf(qtbot, window, builders):
-    pictures = window.workspace.latent
-    caption = window.reference.caption
+    preview, caption = window.browser.preview, window.reference.caption
     before = caption.title, caption.detail
     move(qtbot, window.browser.map, (0.2, 0.1))
-    qtbot.waitUntil(lambda: pictures.hover is not None)
+    qtbot.waitUntil(lambda: preview.is_shown)
     request = [r for r in builders.analysts[-1].others if r.channel == "hover"][-1]
     place = window.latent_state.hover
     assert place == pytest.approx((0.2, 0.1), abs=0.02)
     expected, samples = window.workspace.latent.session.tf_at(place)
     assert request.inputs.opacity_tf == expected
     assert request.inputs.view == window.state.view
-    assert window.browser.preview.is_shown
     # The legend is that of the picture.
     assert window.overlays.legend_tf.opacity == expected
     # At rest it is drawn once more, at full size.
-    qtbot.waitUntil(lambda: not pictures.hover.image.shape[0] < 256 if pictures.hover else False)
+    qtbot.waitUntil(lambda: window.reference.canvas.cover.width() == 256)
     assert (caption.title, caption.detail) == ("Under the mouse", "click to take")
     assert f"mean of {samples} TFs" in caption.toolTip()
     # Undo shows its own picture, not that of the place under the mouse.
     window.state.edits.undo()
     assert window.latent_state.hover is None
-    assert not window.browser.preview.is_shown
+    assert not preview.is_shown
     assert window.overlays.legend_tf == window.state.transfer_function
     assert window.state.edits.stack.count() == 0
     assert (caption.title, caption.detail) == before
@@ -449,12 +447,12 @@ def test_the_model_draws_codes_and_leaves_those_of_the_shipped_codec(
     brightness = [image[0, 0, 0] for image in work.grid.images.values()]
     assert brightness == pytest.approx((means[:, 0] + 1) / 2, abs=1e-6)
     # Under the mouse, the interpolated code.
-    move(qtbot, window.browser.map, (-0.3, 0.25))
-    qtbot.waitUntil(lambda: work.hover is not None)
+    with qtbot.waitSignal(work.hoverDrawn, check_params_cb=bool) as drawn:
+        move(qtbot, window.browser.map, (-0.3, 0.25))
     code, _ = work.session.code_at(window.latent_state.hover)
     assert newest(builders, "hover").codes == (tuple(code.tolist()),)
-    assert work.hover.source == "learned"
-    assert work.hover.tf == work.session.tf_at(window.latent_state.hover)[0]
+    expected = work.session.tf_at(window.latent_state.hover)[0]
+    assert (drawn.args[0].source, drawn.args[0].tf) == ("learned", expected)
     window.latent_state.choose(codec="shipped")
     qtbot.waitUntil(lambda: work.grid is not None and work.grid.source == "exact")
     # Without the model, its codec has nothing to draw with.
