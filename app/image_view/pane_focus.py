@@ -37,8 +37,11 @@ class WipeLine(QWidget):
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
         """Move the line with the mouse."""
-        place = self.mapTo(self._canvas, event.position()).x() / max(self._canvas.width(), 1)
-        self.share = min(max(place, LEAST_SHARE), 1 - LEAST_SHARE)
+        self.put(self.mapTo(self._canvas, event.position()).x() / max(self._canvas.width(), 1))
+
+    def put(self, share: float) -> None:
+        """Give A this share of the width, within limits."""
+        self.share = min(max(share, LEAST_SHARE), 1 - LEAST_SHARE)
         self._place()
 
     def mousePressEvent(self, event: QMouseEvent) -> None:

@@ -140,7 +140,7 @@ class ReferenceImage(QObject):
             self._asked_lighting = changes.get("lighting", self._asked_lighting)
         choices = replace(self.choices, **changes)
         lighting, tf_input = self.choices.lighting, self._state.tf_input
-        is_shared = tf_input.compares and tf_input.look.lighting is None
+        is_shared = keep and tf_input.compares and tf_input.look.lighting is None
         if is_shared and choices.lighting != lighting:
             # B keeps the light that it has.
             tf_input.look = replace(tf_input.look, lighting=lighting)

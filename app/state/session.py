@@ -8,9 +8,10 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path, PureWindowsPath
 from typing import Any
 
+from app.state.edited_tf import PaneName
 from app.state.latent_session import LatentChoices
 from app.state.sensitivity_state import Choices
-from app.state.settings import SessionSettings, VolumeMemory
+from app.state.settings import Place, SessionSettings, Share, VolumeMemory
 from model.errors import TfscopeError, os_errors_as
 from model.files import write_atomically
 from model.json_files import MalformedError, build, build_valid, read_json
@@ -34,6 +35,9 @@ class SessionContent:
     sensitivity: Choices = field(default_factory=Choices)
     band: Range | None = None
     latent: LatentChoices = field(default_factory=LatentChoices)
+    wipe: Share | None = None  # A's share of the width, where A and B are in one image
+    pane: PaneName = "A"  # the edited one of A and B
+    line: tuple[Place, Place] | None = None  # ends of the measured line
 
 
 @dataclass(frozen=True)

@@ -29,7 +29,8 @@ BackgroundChoice = Literal["black", "gradient", "white"]  # background of the im
 RecentKind = Literal["volumes", "models", "transfer_functions", "sessions"]
 
 
-_Share = Annotated[float, Meta(ge=0, le=1)]
+Share = Annotated[float, Meta(ge=0, le=1)]
+Place = tuple[Share, Share, Share]  # along x, y and z
 _Byte = Annotated[int, Meta(ge=0, le=255)]
 _Side = Annotated[int, Meta(ge=0, le=8192)]
 
@@ -152,7 +153,7 @@ class VolumeMemory:
     region_count: Annotated[int, Meta(ge=0, le=10**9)] = 0
     value_scale: PlotScale = "linear"
     opacity_scale: PlotScale = "linear"
-    cross_hair: tuple[_Share, _Share, _Share] | None = None  # in the slices, along x, y and z
+    cross_hair: Place | None = None  # in the slices
     slice_colors: SliceColors | None = None
     gray_window: Range | None = None  # of the slices
     visible: Range | None = None  # visible scalar values of the TF's plot

@@ -9,6 +9,7 @@ from PySide6.QtCore import QCoreApplication, QObject
 
 from app.controls import Action
 from app.engines.background import LatestCall
+from app.image_view.pane_focus import WipeLine
 from app.state.opened_volume import OpenedVolume
 from app.state.session import SUFFIX, Session, SessionContent, SessionError, kept_mask
 from app.state.settings import ImageSettings, SessionSettings, part_of
@@ -37,11 +38,13 @@ KEY, MISSED = "sessions", "volume of the session"
 class Sessions(QObject):
     """Saves and opens sessions; the memory that one overwrites is first saved as another."""
 
-    def __init__(self, context: Context, overlays: Overlays, memory: WindowMemory) -> None:
+    def __init__(
+        self, context: Context, overlays: Overlays, memory: WindowMemory, wipe: WipeLine
+    ) -> None:
         super().__init__(context.window)
         self._context, self._workspace = context, context.workspace
         self._preferences = context.preferences
-        self._overlays, self._memory = overlays, memory
+        self._overlays, self._memory, self._wipe = overlays, memory, wipe
         folder = self._preferences.folder
         self._before_path = None if folder is None else folder / BEFORE
         self._awaited: tuple[Path, Session] | None = None
@@ -113,8 +116,11 @@ class Sessions(QObject):
         band = context.sensitivity.band
         kept = band.values if band is not None and band.kept else None
         settings = part_of(self._preferences.settings, SessionSettings)
-        choices = context.sensitivity.choices
-        content = SessionContent(memory, settings, choices, kept, context.latent.choices)
+        choices, latent = context.sensitivity.choices, context.latent.choices
+        wipe = self._wipe.share if self._wipe.is_shown else None
+        line = self._overlays.subject.line
+        ends = (line[0], line[1]) if len(line) == 2 else None
+        content = SessionContent(memory, settings, choices, kept, latent, wipe, tf_input.pane, ends)
         return Session(opened.path, opened.fingerprint, content, self._workspace.model.folder)
 
     def open(self, path: Path, volume: Path | None = None) -> None:
@@ -200,6 +206,11 @@ class Sessions(QObject):
         if content.band is not None:
             context.sensitivity.keep(*sorted(content.band))
         context.latent.choose(**vars(content.latent))
+        if memory.compares:
+            self._wipe.put(self._wipe.share if content.wipe is None else content.wipe)
+            self._memory.panes.show_b(True, content.wipe is not None)
+            context.state.tf_input.focus(content.pane)
+        self._overlays.subject = replace(self._overlays.subject, line=content.line or ())
         if path != self._before_path:
             self._preferences.note_recent("sessions", path)
         self._name_window(path.name)

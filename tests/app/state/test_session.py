@@ -26,6 +26,9 @@ CONTENT = SessionContent(
     Choices(False, False, True, False, "change", "exact", 9.0, 0.1, True, True),
     (120.0, 140.0),
     LatentChoices(True, True, "model", (90.0, 120.0)),
+    0.3,
+    "B",
+    ((0.1, 0.2, 0.3), (1.0, 0.0, 0.5)),
 )
 """None of them the usual value."""
 

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import pytest
 from PySide6.QtCore import QSize
 from PySide6.QtWidgets import QFileDialog
@@ -35,6 +37,8 @@ def change_all(window, tf):
     window.latent_state.choose(shown=True, on_map=True, band=(90.0, 120.5))
     window.brightness.set(1.5)
     window.brightness.finish()
+    line = (0.1, 0.2, 0.3), (0.4, 0.5, 0.6)
+    window.overlays.subject = replace(window.overlays.subject, line=line)
 
 
 def open_session(qtbot, window, path):
@@ -63,6 +67,7 @@ def test_all_comes_back(qtbot, start_again, builders, volume, tmp_path):
     window.overlays.toggle("legend")
     window.panes.shown, window.workspace.model.shows_image = "both", None
     window.latent_state.choose(shown=False, on_map=False, band=None)
+    window.ruler.remove()
     between = window.sessions.session()
     open_session(qtbot, window, path)
     assert window.sessions.session() == saved
@@ -87,6 +92,19 @@ def test_all_comes_back(qtbot, start_again, builders, volume, tmp_path):
     open_session(qtbot, window, path)
     assert window.sessions.session() == saved
     assert window.preferences.recent("sessions") == [path]
+    # A and B in one image, where B has the light of A.
+    window.state.tf_input.compare(True)
+    window.panes.show_b(True, True)
+    window.wipe.put(0.3)
+    saved = window.sessions.session()
+    assert (saved.content.wipe, saved.content.pane) == (0.3, "B")
+    window.sessions.save(path)
+    window.wipe.put(0.6)
+    window.panes.show_b(True, False)
+    window.state.tf_input.compare(False)
+    window.workspace.reference.choose(lighting="none")
+    open_session(qtbot, window, path)
+    assert window.sessions.session() == saved
 
 
 def test_differences_are_reported(qtbot, start_again, builders, volume, tmp_path, monkeypatch):
