@@ -53,6 +53,8 @@ class Curve(QGraphicsItem):
         box = self._area.controlPointRect()
         over = _OVERHANG * (1.0 + box.height())
         self._box = box.adjusted(-_OVERHANG, -over, _OVERHANG, over)
+        # Painted from a cache, it would keep its shape if the box is the same.
+        self.update()
 
     def boundingRect(self) -> QRectF:
         """Return the area that is painted."""

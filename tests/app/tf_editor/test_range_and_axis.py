@@ -239,3 +239,13 @@ def test_gaps_that_are_not_a_combs_stay():
     counts[200] = 0
     np.testing.assert_array_equal(without_comb(counts), counts)
     np.testing.assert_array_equal(without_comb(np.zeros(9, dtype=np.int64)), np.zeros(9))
+
+
+def test_the_histogram_of_another_volume_is_painted(qapp, editor):
+    gray = []
+    for counts in ([800, 9, 9, 9], [9, 9, 9, 800]):
+        editor.set_data(PlotData(np.array(counts), np.linspace(100.0, 300.0, 5), (100.0, 300.0)))
+        qapp.processEvents()
+        shown = editor.area.widget.grab().toImage()
+        gray.append([shown.pixelColor(pixel(editor, at, 0.7)).lightness() for at in (125.0, 275.0)])
+    assert gray[0][0] > gray[1][0] and gray[0][1] < gray[1][1]
