@@ -60,12 +60,7 @@ def color_emd(image: Image, truth: Image) -> float:
 
 
 def flip(image: Image, truth: Image) -> float:
-    """Mean FLIP error, in [0, 1]; see :func:`flip_map`."""
-    return float(flip_map(image, truth).mean())
-
-
-def flip_map(image: Image, truth: Image) -> NDArray[np.float32]:
-    """FLIP error (H, W): the perceived difference when alternating images (Andersson et al. 2020).
+    """Mean FLIP error: the perceived difference when alternating images (Andersson et al. 2020).
 
     Lies in [0, 1]; computed for the evaluator's default viewing distance (67 pixels per degree).
     """
@@ -73,7 +68,7 @@ def flip_map(image: Image, truth: Image) -> NDArray[np.float32]:
     import flip_evaluator
 
     pair = [np.ascontiguousarray(np.clip(x, 0, 1), dtype=np.float32) for x in (truth, image)]
-    return np.asarray(flip_evaluator.evaluate(*pair, "LDR", applyMagma=False)[0][..., 0])
+    return float(flip_evaluator.evaluate(*pair, "LDR", applyMagma=False)[0].mean())
 
 
 def summary(

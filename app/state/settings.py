@@ -22,7 +22,6 @@ ReferenceSize = Literal["generator"] | Annotated[int, Meta(ge=16, le=8192)] | No
 
 ThemeChoice = Literal["system", "dark", "light"]  # the window's colours: the system's, or others
 
-DifferenceChoice = Literal["colors", "flip"]  # measure of the difference of two images
 
 BackgroundChoice = Literal["black", "gradient", "white"]  # background of the images
 
@@ -69,7 +68,6 @@ class SessionSettings(ImageSettings):
     cube: bool = True
     background: BackgroundChoice = "black"
     opacity_images: bool = False
-    difference: DifferenceChoice = "colors"
     hidden_panes: tuple[str, ...] = ()
     swapped: bool = False
     slices: bool = False

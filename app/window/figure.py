@@ -370,8 +370,6 @@ HALF_STEP = 0.5 / 255  # colour up to which a pixel of an 8-bit image is black
 class Comparison:
     """Comparison of two images (H, W, 3): a generator's and the truth, or, signed, B and A.
 
-    FLIP measures the error that the eye sees, and takes a second.
-
     The truth is usually finer: it is sampled at the centres of the generator's pixels. Means over
     them would count detail that no image of so few pixels can show.
     """
@@ -379,36 +377,30 @@ class Comparison:
     drawn: Image
     truth: Image
     is_of_b: bool = False
-    by_flip: bool = False
     most: float | None = None  # difference at the last colour; None for one that suits the images
 
     @classmethod
-    def of(
-        cls,
-        images: Mapping[str, tuple[Rgba, float]],
-        by_flip: bool = False,
-        most: float | None = None,
-    ) -> Comparison:
+    def of(cls, images: Mapping[str, tuple[Rgba, float]], most: float | None = None) -> Comparison:
         """Compare images of a figure by their names, in colours of 0..1 or 0..255."""
         name = "b" if "b" in images else "generator"
         drawn, truth = (_colors(images[each][0]) for each in (name, "reference"))
-        return cls(drawn, truth, name == "b", by_flip, most)
+        return cls(drawn, truth, name == "b", most)
 
     def is_of(self, other: Comparison | None) -> bool:
         """Return whether the same images are compared in the same way."""
-        if other is None or (other.by_flip, other.is_of_b) != (self.by_flip, self.is_of_b):
+        if other is None or other.is_of_b != self.is_of_b:
             return False
         return other.drawn is self.drawn and other.truth is self.truth
 
     @property
     def measure(self) -> Shown:
         """Measure of the colours of the difference."""
-        return "flip" if self.by_flip else "signed" if self.is_of_b else "change"
+        return "signed" if self.is_of_b else "change"
 
     @property
     def name(self) -> str:
         """Short name of the difference, for a caption."""
-        return "FLIP" if self.by_flip else "B − A" if self.is_of_b else "Difference"
+        return "B − A" if self.is_of_b else "Difference"
 
     @cached_property
     def _pair(self) -> tuple[Image, Image]:
@@ -439,11 +431,6 @@ class Comparison:
     @cached_property
     def difference(self) -> NDArray[np.float64]:
         """Difference of each pixel (H, W): of luminance of B and A, else the RMS of its colours."""
-        if self.by_flip:
-            # Its imports are slow.
-            from model.metrics import flip_map
-
-            return flip_map(*self._pair).astype(np.float64)
         if self.is_of_b:
             return self.apart @ LUMINANCE
         return np.sqrt(np.mean(self.apart**2, axis=-1))
@@ -469,9 +456,6 @@ class Comparison:
         """Meaning of the colours."""
         height, width = self.difference.shape
         what = "luminance of B − A" if self.is_of_b else "difference from the ground truth"
-        if self.by_flip:
-            of = "between A and B" if self.is_of_b else "against the ground truth"
-            what = f"FLIP error {of}, mean {short(self._mean(self.difference))},"
         return f"{what} at {width} × {height} pixels"
 
 

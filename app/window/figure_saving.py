@@ -74,7 +74,6 @@ class _Job:
     frames: list[SceneInputs]
     subject: Subject
     chosen: Any  # the user's choice: if its engine is replaced, the next one draws the same
-    by_flip: bool = False
     compared: Comparison | None = None  # the screen's, for a difference alone
     images: dict[str, tuple[Rgba, float]] = field(default_factory=dict)
     lights: dict[str, str] = field(default_factory=dict)  # of the images, in words
@@ -257,10 +256,9 @@ class FigureSaving(QObject):
     def _new_job(self, choice: FigureChoice, place: Path | None, frames: list[SceneInputs]) -> _Job:
         titles, b = {n: p.title for n, p in self._panes.items()}, self._context.state.inputs_of("B")
         subject = replace(self._overlays.subject, titles=titles, b=b)
-        by_flip = "difference" in choice.names and self._error.is_by_flip
         # So that the figure has the numbers of the screen.
         compared = self._error.compared if choice.which == "difference" else None
-        return _Job(choice, place, frames, subject, self._chosen, by_flip, compared)
+        return _Job(choice, place, frames, subject, self._chosen, compared)
 
     @property
     def _chosen(self) -> tuple[object, ...]:
@@ -331,8 +329,8 @@ class FigureSaving(QObject):
         if job.choice.which == "difference" and job.compared is None:
             self._fail("There is no difference to save yet. Wait until both images are final.")
         elif "difference" in job.choice.names:
-            compared = job.compared or Comparison.of(job.images, job.by_flip, job.scale)
-            # FLIP takes long; the first one loads what the window starts without.
+            compared = job.compared or Comparison.of(job.images, job.scale)
+            # Of a large figure it takes seconds.
             self._comparing.ask(lambda: (job, compared, compared.colored))
         else:
             self._take_compared((job, None, None))

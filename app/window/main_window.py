@@ -173,7 +173,6 @@ class MainWindow(WindowParts):
         self.hide()
         self.workspace.join()
         self.saving.join()
-        self.image_error.join()
         self.files.join()
         self.sessions.join()
         self.preferences.finish()

@@ -17,7 +17,7 @@ from app.icons import IconButton
 from app.image_view.reference_controls import DRAWINGS
 from app.state.library import KnownModel
 from app.state.opened_volume import OpenedVolume
-from app.state.settings import DifferenceChoice, RecentKind
+from app.state.settings import RecentKind
 from app.window.context import VOLUME_FILTER, menu_names
 from app.window.files import TF_FILTER
 from app.window.help_pages import show_about, show_gestures
@@ -44,11 +44,6 @@ OVERLAYS: tuple[tuple[Overlay, str, str], ...] = (
     ("opacity_images", "Opac&ity image", "Shift+O"),
 )
 
-DIFFERENCES: dict[DifferenceChoice, str] = {
-    "colors": "Of the colours",
-    "flip": "FLIP: as the eye sees it",
-}
-
 Slot = Callable[[], object]
 Test = Callable[[], bool]
 
@@ -72,7 +67,6 @@ class Menus:
         for caption in (window.pane_b.caption, window.editor.pane_button):
             caption.set_menu(self._of_b)
         menu = self._add_alone(window.generator.caption, "generator")
-        self._add_differences(menu)
         add_action(menu, "What is the error (RMSE)?", lambda: open_glossary(window, "RMSE"))
         self._add_alone(window.reference.caption, "reference")
         apply_single_keys(window, window.preferences.settings.single_keys)
@@ -370,15 +364,9 @@ class Menus:
             menu, "&Wipe: both in one image", self._toggle_wipe, "Ctrl+Shift+W",
             is_on=lambda: panes.wipes,
         )  # fmt: skip
-        self._add_differences(menu)
         menu.addSeparator()
         self._add(menu, "C&lose B", partial(tf_input.compare, False))
         return menu
-
-    def _add_differences(self, menu: QMenu) -> None:
-        error = self._window.image_error
-        entries, choice = menu.addMenu("&Difference"), lambda: error.choice
-        self._add_choices(entries, DIFFERENCES, choice, error.choose)
 
     def _choose_renderer_of_b(self, name: Drawing | None) -> None:
         self._window.state.tf_input.focus("B")

@@ -6,12 +6,9 @@ from dataclasses import replace
 from functools import partial
 from typing import Literal, get_args
 
-import numpy as np
-from numpy.typing import NDArray
 from PySide6.QtCore import QObject, QRect
 from PySide6.QtGui import QImage, QPainter
 
-from app.engines.background import LatestCall
 from app.engines.requests import ReferenceSettings
 from app.glosses import SENTENCES
 from app.image_view.engine_pane import EnginePane, OpacityInset
@@ -20,10 +17,9 @@ from app.image_view.orientation_cube import OrientationCube
 from app.picture import BLACK, WHITE, Background
 from app.sensitivity_view.field_cover import paint_bar
 from app.state.edited_tf import PaneName
-from app.state.settings import BackgroundChoice, DifferenceChoice
+from app.state.settings import BackgroundChoice
 from app.window.context import Context
 from app.window.figure import Comparison, Image, Marks, Subject, legend_of
-from model.errors import missing
 from model.scene.inputs import SceneInputs
 from model.scene.transfer_function import OpacityTF, TransferFunction
 
@@ -143,7 +139,7 @@ class ImageError(QObject):
     """Compares two images at rest, and shows their difference as a number in a caption.
 
     They are the generator's and the ground truth, or B and A. On request, each pixel's difference
-    is shown over the generator's image or B; FLIP is computed in a thread.
+    is shown over the generator's image or B.
 
     Nothing is compared if the generator was trained under another light, in an orthographic view,
     or if only a part of the volume is shown: models are not trained for these.
@@ -153,8 +149,7 @@ class ImageError(QObject):
         super().__init__(context.window)
         self._generator, self._reference, self._pane_b = context.panes
         self._state, self._workspace = context.state, context.workspace
-        self._context, self._preferences = context, context.preferences
-        self._coloring = LatestCall("difference", self, self._take_colored, self._refuse)
+        self._context = context
         self._shown: dict[EnginePane, tuple[SceneInputs, Image, ReferenceSettings]] = {}
         self.is_wanted = False  # whether to show the difference if there is one
         self._difference: QImage | None = None
@@ -190,26 +185,9 @@ class ImageError(QObject):
         if is_b and (is_coarse or abs(height * columns - width * rows) > max(width, columns)):
             # A finer image follows, or one of them is of the pane's size before.
             return None
-        found = Comparison(drawn, truth, is_b, self.choice == "flip")
+        found = Comparison(drawn, truth, is_b)
         # The old one keeps what was computed.
         return self._compared if found.is_of(self._compared) else found
-
-    @property
-    def choice(self) -> DifferenceChoice:
-        """Name of the difference's measure."""
-        return self._preferences.settings.difference
-
-    @property
-    def is_by_flip(self) -> bool:
-        """Whether a figure's difference is FLIP; reports a missing installation."""
-        if self.choice == "flip" and (clause := missing("evaluate")) is not None:
-            self._refuse(f"For this {clause}")
-        return self.choice == "flip"
-
-    def choose(self, choice: DifferenceChoice) -> None:
-        """Set the difference's measure."""
-        self._preferences.set(difference=choice)
-        self.compare()
 
     def _take(self, pane: EnginePane, inputs: SceneInputs, image: Image) -> None:
         self._shown[pane] = inputs, image[..., :3], self._settings_of(pane)
@@ -240,26 +218,9 @@ class ImageError(QObject):
         elif self._workspace.model.is_unusual(error):
             tip, is_unusual = f"{TIP} {UNUSUAL}", True
         self.pane.set_note(said, tip, is_unusual)
-        self._compared, self._difference = compared, None
-        if self.is_wanted and compared.by_flip:
-            self._coloring.ask(lambda: (compared, compared.colored))
-        elif self.is_wanted:
-            self._take_colored((compared, compared.colored))
+        self._compared = compared
+        self._difference = to_qimage(compared.colored) if self.is_wanted else None
         self._context.update_images()
-
-    def _take_colored(self, found: tuple[Comparison, NDArray[np.float64]]) -> None:
-        if found[0] is self._compared:
-            self._difference = to_qimage(found[1])
-            self._context.update_images()
-
-    def _refuse(self, text: str) -> None:
-        self._context.fail(text, "difference")
-        self.choose("colors")
-
-    def join(self) -> None:
-        """Stop computing differences, and wait for the thread."""
-        self._coloring.stop()
-        self._coloring.join()
 
     def set_wanted(self, wanted: bool) -> None:
         """Show or hide the difference over the compared image."""

@@ -27,15 +27,14 @@ UNIT = "change of pixel value per +.01 opacity"
 
 FLOOR = 1 / 2550  # least end of a scale: a tenth of an 8-bit step, the size of rounding
 LEAST_DIFFERENCE = 1 / 255  # least end of a scale of differences of images: an 8-bit step
-# By a measure, by visibility, or FLIP of two images.
-Shown = Measure | Literal["visible", "flip"]
+# By a measure, or by visibility.
+Shown = Measure | Literal["visible"]
 
 COLOR_MAPS = {
     "change": "matplotlib:inferno",
     "signed": "crameri:berlin",
     # Green, as visibility is in the plot of the TF.
     "visible": "cmocean:algae_r",
-    "flip": "matplotlib:magma",
     # Its lowest colour is not black, as most fields are much weaker than the strongest.
     "all values": "matplotlib:plasma",
 }

@@ -17,7 +17,7 @@ def region(name):
 
 SETTINGS = Settings(
     drawing="raycast", stop="exact", reference_size=1024, denoises=False, legend=True,
-    scale_bar=True, background="white", cube=False, opacity_images=True, difference="flip",
+    scale_bar=True, background="white", cube=False, opacity_images=True,
     hidden_panes=("generator",), swapped=True, slices=True, trackball=True,
     colors_follow_modes=False,
     last_folder="/data", window_geometry="AdnQywAD", splitters={"main": (500, 290)},

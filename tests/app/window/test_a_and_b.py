@@ -12,8 +12,6 @@ from rested_window import act_until, follow_pane, open_volume, press, rested, sa
 
 from app.engines.requests import IMAGES_B
 from app.window.figure import FigureChoice, pixels_of
-from model import errors
-from model.metrics import flip
 from model.scene.ranges import fit_to_range
 from model.scene.scene import LightDirection
 
@@ -299,39 +297,6 @@ def test_the_difference_is_said_and_shown_over_b(qtbot, window):
     window.state.tf_input.swap()
     settle(qtbot, window)
     assert window.image_error.compared.difference == pytest.approx(-found.difference)
-
-
-def test_the_difference_may_be_flip(qtbot, window, tmp_path):
-    QTest.keyClick(window, Qt.Key.Key_D)
-    set_tf(qtbot, window, OTHER)
-    before = window.image_error._difference
-    window.image_error.choose("flip")
-    qtbot.waitUntil(lambda: window.image_error._difference not in (None, before))
-    found, images = window.image_error._compared, (window.pane_b.rgba, window.reference.rgba)
-    assert found.difference.mean() == pytest.approx(flip(*(i[..., :3] for i in images)), rel=1e-3)
-    assert "FLIP" in found.title and found.ends[0] == "0"
-    # It takes a second, and another focus changes nothing.
-    shown = window.image_error._difference
-    window.state.tf_input.focus("A")
-    assert window.image_error._difference is shown is not None
-    choice = FigureChoice(300, 100, which="a_b_difference")
-    saved_figure(qtbot, window, choice, tmp_path / "both.png")
-    assert window.sessions.session().content.settings.difference == "flip"
-
-
-def test_without_flip_the_difference_is_of_colors(qtbot, window, tmp_path, monkeypatch):
-    find = errors.find_spec
-    monkeypatch.setattr(errors, "find_spec", lambda n: None if "flip" in n else find(n))
-    QTest.keyClick(window, Qt.Key.Key_D)
-    window.image_error.choose("flip")
-    qtbot.waitUntil(lambda: "flip-evaluator must be installed" in window.notice.text)
-    assert window.image_error.choice == "colors" and window.image_error._difference
-    # As a session may have it.
-    window.notice.clear()
-    window.preferences.set(difference="flip")
-    choice = FigureChoice(300, 100, which="a_b_difference")
-    saved_figure(qtbot, window, choice, tmp_path / "both.png")
-    assert "flip-evaluator" in window.notice.text and window.image_error.choice == "colors"
 
 
 def test_in_one_image_the_line_divides_a_from_b(qtbot, window):
