@@ -159,21 +159,23 @@ class FigureSaving(QObject):
             dialog.which_box.setItemText(dialog.which_box.findData(name), pane.title)
         dialog.preview = partial(self._ask_for_preview, dialog)
         dialog.preview(dialog.choice())
-        accepted = dialog.exec() == QDialog.DialogCode.Accepted
+        place, is_chosen = None, False
+        while not is_chosen and dialog.exec() == QDialog.DialogCode.Accepted:
+            place = None if dialog.copies else self._ask_for_place(dialog.choice())
+            # Without a place, the user returns to the dialog.
+            is_chosen = dialog.copies or place is not None
         self._preview = None
         self._previews.cancel()
-        choice = dialog.choice()
         dialog.deleteLater()
-        if accepted and dialog.copies:
-            self.draw(choice, None)
-        elif accepted:
-            filters, endings, name = FIGURE_FILTER, suffixes(), "figure"
-            if choice.seconds:
-                filters, endings, name = MOVIE_FILTER, SUFFIXES, "turntable"
-            name = proposed_name(self._context, name, endings[0])
-            place = ask_for_place(self._context, "Save figure", filters, endings, name)
-            if place is not None:
-                self.draw(choice, place)
+        if is_chosen:
+            self.draw(dialog.choice(), place)
+
+    def _ask_for_place(self, choice: FigureChoice) -> Path | None:
+        filters, endings, name = FIGURE_FILTER, suffixes(), "figure"
+        if choice.seconds:
+            filters, endings, name = MOVIE_FILTER, SUFFIXES, "turntable"
+        name = proposed_name(self._context, name, endings[0])
+        return ask_for_place(self._context, "Save figure", filters, endings, name)
 
     def first_choice(self) -> FigureChoice:
         """The dialog's first choice: the last one, or the screen's."""

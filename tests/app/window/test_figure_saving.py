@@ -8,7 +8,7 @@ from mouse_events import action
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QGuiApplication, QImage
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QDialog, QMessageBox, QPushButton
+from PySide6.QtWidgets import QDialog, QFileDialog, QMessageBox, QPushButton
 from ramp import make_tf
 from rested_window import saved_figure
 from window_fakes import PATIENCE_S, FakeEngine
@@ -78,6 +78,20 @@ def test_figures_are_saved_and_copied(qtbot, window, builders, tmp_path, monkeyp
     assert QGuiApplication.clipboard().image().size().toTuple() == offered[0]
     assert window.preferences.settings.figure == chosen
     assert "generator" not in window.saving.sizes()
+    # Cancel of the dialog for files returns to this one, as it was.
+    place = tmp_path / "white.png"
+    answers, backgrounds = iter([("", ""), (str(place), "")]), []
+
+    def yes(dialog):
+        backgrounds.append(dialog.choice().background)
+        dialog.background_box.show_background((255, 255, 255))
+        return QDialog.DialogCode.Accepted
+
+    monkeypatch.setattr(FigureDialog, "exec", yes)
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: next(answers))
+    window.saving.ask()
+    assert backgrounds == [(0, 0, 0), (255, 255, 255)]
+    qtbot.waitUntil(place.exists)
 
 
 def test_a_path_traced_picture_has_as_many_samples_as_were_asked_for(
