@@ -67,7 +67,7 @@ class Values:
         scalar_range, place = asker.state.scalar_range, answer.request.regions[0]
         before = self.found if holds and place == self.place else ()
         found = contributions(answer.value[0], scalar_range)
-        return Values(place, follow(before, found, scalar_range)[:ROWS])
+        return Values(place, follow(before, found, scalar_range, share=0.0)[:ROWS])
 
 
 def answer_of_values(asker: SensitivityAsker) -> VisibilityAnswer | None:
@@ -99,24 +99,27 @@ class Peaks:
     intervals: tuple[Interval, ...] = ()
     left_out: float | None = None  # value of the highest peak, if it is the background's
     strongest: float | None = None  # value of the strongest edit; None if no edit shows
+    question: tuple[object, ...] = ()  # region, measure and range of the curve
 
-    @classmethod
-    def of(cls, asker: SensitivityAsker) -> Peaks:
-        """Find them in the preferred answer."""
+    def of(self, asker: SensitivityAsker, holds: bool) -> Peaks:
+        """Find them in the preferred answer, in the order of these if they are held."""
         answer = asker.region
         values = displayed_now(asker, answer)
         if answer is None or values is None or not asker.asked.choices.shown:
-            return cls()
+            return Peaks()
         scalar_range, low = answer.request.inputs.opacity_tf.scalar_range, asker.window[0]
         window = low, asker.state.scalar_range[1]
         found = strongest_intervals(values, scalar_range, ROWS, window=window)
+        question = answer.request.region, answer.request.measure, scalar_range
+        if holds and question == self.question:
+            found = follow(self.intervals, found, scalar_range, response=0.0)[:ROWS]
         of_all = strongest_intervals(values, scalar_range, ROWS)
         strongest = None
         if np.abs(values).max() >= FLOOR * SMALL_EDIT:
             inside = np.where(of_interest(asker), np.abs(values), 0.0)
             strongest = float(np.linspace(*scalar_range, TF_SAMPLES)[int(inside.argmax())])
         left_out = next((peak.value for peak in of_all if peak.value < low), None)
-        return cls(found, left_out, strongest)
+        return Peaks(found, left_out, strongest, question)
 
 
 @dataclass(frozen=True)
@@ -173,8 +176,7 @@ def _edit(asker: SensitivityAsker, number: int, interval: Interval) -> tuple[Row
     word = words[choices.measure]
     tip = EDIT_TIP.format(write(interval.low), write(interval.high))
     effect = f"{word} by {size}"
-    # Without the unit: the row has room for the number alone.
-    row = Row((f"at {at.removesuffix(f' {asker.state.units}')}", effect), tip, badge=str(number))
+    row = Row((at, effect), tip, badge=str(number))
     return row, (effect, f"Edit {number} at {at}, {effect}; Enter adds it")
 
 

@@ -34,7 +34,7 @@ from app.state.sensitivity_asker import SensitivityAsker
 from app.state.workspace import Workspace
 from app.tf_editor.editor import HEADER_HEIGHT
 
-WIDTH = 276
+WIDTH = 296
 HEADING_HEIGHT = 22
 ROW_HEIGHT, LOW_ROW_HEIGHT = 26, 19  # of a row, in pixels: usually, and where there is little room
 BAR = 2
@@ -210,7 +210,7 @@ class FindingsPanel(QFrame):
         self._asker, self._layer, self._actions, self._what_if = asker, layer, actions, what_if
         self._plot = plot
         plot.installEventFilter(self)
-        self._has_room = self._is_folded = self._is_low = self._holds = False
+        self._has_room = self._is_folded = self._is_low = False
         self.values = Values()
         self.setProperty("role", "side")
         self.setFixedWidth(WIDTH)
@@ -234,7 +234,7 @@ class FindingsPanel(QFrame):
             for index in range(ROWS)
         ]
         self.edit_rows = [
-            PanelRow((50, 0), [AddButton("this value", partial(actions.add_mode, index))])
+            PanelRow((50, 0), [AddButton("this value", partial(self._add, index))])
             for index in range(ROWS)
         ]
         for row in self.value_rows:
@@ -266,8 +266,8 @@ class FindingsPanel(QFrame):
 
     @property
     def is_asked_for(self) -> bool:
-        """Whether the user has opened it."""
-        return self.is_open and bool(self._asker.asked.choices.panel)
+        """Whether it is open, and is not so by itself."""
+        return self.is_open and not self._has_room
 
     def show_open(self) -> None:
         """Show or hide the panel."""
@@ -313,10 +313,11 @@ class FindingsPanel(QFrame):
             self.setGeometry(editor.rect().adjusted(editor.width() - WIDTH, 0, 0, 0))
 
     def leaveEvent(self, event: QEvent) -> None:
-        """List the present values, once the mouse has left the rows."""
+        """List the present values and edits, once the mouse has left the rows."""
         super().leaveEvent(event)
-        if self._holds:
-            self._holds = False
+        if self._layer.holds:
+            self._layer.holds = False
+            self._layer.refresh()
             self.refresh()
 
     def refresh(self) -> None:
@@ -324,7 +325,7 @@ class FindingsPanel(QFrame):
         asker, layer = self._asker, self._layer
         if asker.state.live:
             return
-        self.values = self.values.of(asker, self._holds)
+        self.values = self.values.of(asker, layer.holds)
         values = values_found(asker, self.values.found)
         edits, effects = edits_found(asker, layer.peaks, values)
         name, is_place = asker.asked.region_name, asker.asked.place is not None
@@ -386,8 +387,13 @@ class FindingsPanel(QFrame):
     def _emphasize(self, index: int, how: Emphasis) -> None:
         if index < len(self.values.found):
             # Two clicks on one button mean the same value.
-            self._holds = True
+            self._layer.holds = True
             self._actions.emphasize(self.values.found[index], how)
+
+    def _add(self, index: int, striking: bool) -> None:
+        # The mouse has left the panel for the menu.
+        self._layer.holds = not striking
+        self._actions.add_mode(index, striking)
 
 
 def _heading(text: str = "") -> QLabel:

@@ -93,7 +93,7 @@ class ResponseLayer:
         self._state, self._asked = asker.state, asker.asked
         self._view = area.second
         self._limit = FLOOR
-        self.peaks = Peaks()
+        self.peaks, self.holds = Peaks(), False  # whether they keep their order
         self._curves = {name: Curve(area.second) for name in ("exact", "learned")}
         self._zero = pg.InfiniteLine(0, angle=0)
         self._cut = pg.ScatterPlotItem(size=9, pen=None)
@@ -147,7 +147,7 @@ class ResponseLayer:
         self.mark_stale()
         # Flags follow once nothing moves.
         if not self._state.live:
-            before, self.peaks = self.peaks, Peaks.of(asker)
+            before, self.peaks = self.peaks, self.peaks.of(asker, self.holds)
             if self.peaks != before:
                 self._place_flags()
 

@@ -226,11 +226,10 @@ class SensitivityView(QObject):
             self.what_if.end()
         elif asked.place is not None:
             asked.pick(None)
-        elif asked.active is not None:
+        elif asked.active is not None or self.findings.is_asked_for:
             asked.activate(None)
-            asked.open_panel(False)
-        elif self.findings.is_asked_for:
-            asked.open_panel(False)
+            if self.findings.is_asked_for:
+                asked.open_panel(False)
         else:
             return False
         return True

@@ -73,7 +73,7 @@ F2 | type the numbers of the selection; Tab goes on | F2 | numbers
 ▲, ▼ or Isolate in a row | raise, lower or isolate its values | ▲ ▼ | edit
 Add in a row | add that mode to the TF | Add | add a mode
 Hold W | what would a mode at the value under the mouse change?
-F8, or Escape | close the panel | F8 | close
+F8 | close the panel | F8 | close
 # Pictures of TFs (B)
 Click a picture | take its TF | Click | take this TF
 Wheel over a picture, with the map | divide that cell, or go back

@@ -2,8 +2,9 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -131,16 +132,19 @@ def percentages(found: Sequence[Contribution]) -> tuple[int, ...]:
     return tuple(whole)
 
 
+Found = TypeVar("Found", Contribution, Interval)
+
+
 def follow(
-    before: tuple[Contribution, ...], found: tuple[Contribution, ...], scalar_range: Range
-) -> tuple[Contribution, ...]:
-    """List the present values in their order before an edit; missing ones have a share of 0."""
-    left, listed = list(found), []
+    before: tuple[Found, ...], found: tuple[Found, ...], scalar_range: Range, **missing: float
+) -> tuple[Found, ...]:
+    """List the present values in their order before an edit; missing ones get the given fields."""
+    left, listed = list(found), list[Found]()
     for old in before:
         near = [new for new in left if is_same_value(new.value, old.value, scalar_range)]
         new = min(near, key=lambda new: abs(new.value - old.value), default=None)
         if new is None:
-            listed.append(Contribution(old.value, 0.0, old.reach))
+            listed.append(replace(old, **missing))
         else:
             left.remove(new)
             listed.append(new)

@@ -1,5 +1,5 @@
 import numpy as np
-from mouse_events import drag
+from mouse_events import at, drag
 from PySide6.QtCore import QEvent, QPoint, QRect, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QTableWidget
@@ -17,20 +17,22 @@ def box_of(widget, parent):
     return QRect(widget.mapTo(parent, QPoint()), widget.size())
 
 
+def draw_region(canvas):
+    QTest.keyClick(canvas.window(), Qt.Key.Key_R)
+    drag(canvas, at(canvas, 0.25, 0.25), at(canvas, 0.5, 0.5))
+
+
 def test_a_region_opens_the_panel_and_escape_closes_both(qtbot, window):
     resize(qtbot, window, 1280, 800)
     state, findings = window.sensitivity_state, window.sensitivity.findings
     area = window.editor.area
     assert findings.isHidden()
     before, images = area.rect, box_of(window.reference, window)
-    QTest.keyClick(window, Qt.Key.Key_R)
     canvas = window.reference.canvas
-    square = canvas.image_rect
-    corners = [square.topLeft() + QPoint(square.width() // n, square.height() // n) for n in (4, 2)]
-    drag(canvas, *corners)
+    draw_region(canvas)
     QApplication.processEvents()
     assert state.active is not None and findings.isVisible()
-    assert findings.width() == 276
+    assert findings.width() == 296
     heading = findings.edits_heading
     for height in (700, 800):
         resize(qtbot, window, 1280, height)
@@ -54,7 +56,7 @@ def test_a_region_opens_the_panel_and_escape_closes_both(qtbot, window):
     QTest.keyClick(window, Qt.Key.Key_F8)
     QApplication.processEvents()
     box = findings.geometry()
-    assert area.rect == before and findings.isVisible() and box.width() == 276
+    assert area.rect == before and findings.isVisible() and box.width() == 296
     QApplication.sendEvent(area.widget, QEvent(QEvent.Type.Leave))
     qtbot.waitUntil(lambda: area.rect.width() == narrow)
     assert findings.geometry() == box
@@ -69,6 +71,12 @@ def test_a_region_opens_the_panel_and_escape_closes_both(qtbot, window):
     assert findings.isVisible()
     QTest.keyClick(canvas, Qt.Key.Key_Escape)
     assert findings.isHidden()
+    # In a wide window, where it is open by itself, it stays.
+    resize(qtbot, window, 1700, 800)
+    state.choose(panel=None)
+    draw_region(canvas)
+    QTest.keyClick(canvas, Qt.Key.Key_Escape)
+    assert state.active is None and findings.isVisible()
     # Regions of a volume that is opened again open no panel.
     state.add_region(Outline.rectangle(0.2, 0.2, 0.4, 0.4))
     window.sensitivity_state.open_panel(False)

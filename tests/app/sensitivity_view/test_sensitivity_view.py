@@ -39,7 +39,7 @@ def test_both_engines_answer_as_soon_as_a_volume_is_open(window):
     assert "agrees well, cosine 1" in window.sensitivity.source.plain_text
     (interval,) = responses.peaks.intervals
     assert interval.value == pytest.approx(100 + 100 * 100 / 255)
-    assert "1   at 139.2" in window.sensitivity.findings.edit_rows[0].text
+    assert "1   139.2 K   " in window.sensitivity.findings.edit_rows[0].text
 
 
 def test_escape_ends_one_thing_after_the_other(window):
@@ -137,6 +137,34 @@ def test_a_flag_adds_the_mode_that_was_listed_or_one_in_a_striking_colour(qtbot,
     assert striking.opacity == tf.opacity
     colors = [pytest.approx(color, abs=0.02) for color in STRIKING_COLORS]
     assert tuple(striking.color(mode.mean)) in colors
+
+
+def test_two_clicks_on_add_mean_the_same_value(qtbot, window, monkeypatch):
+    findings, tf_input = window.sensitivity.findings, window.state.tf_input
+
+    def response(self, request, watch):
+        # A mode at bin 100 makes further ones there weaker than one at bin 180.
+        strength = 3.0 if request.inputs.opacity_tf == start.opacity else 0.5
+        bins = np.arange(256)
+        return sum(
+            much * np.exp(-((bins - middle) ** 2) / 200)
+            for much, middle in ((strength, 100), (1.0, 180))
+        ).astype(np.float32)
+
+    monkeypatch.setattr(FakeEngine, "region_sensitivity", response)
+    window.sensitivity_state.open_panel()
+    start = make_tf(150.0)
+    tf_input.set(start)
+    rows, means = findings.edit_rows, []
+    qtbot.waitUntil(rows[1].isVisible)
+    for _ in range(2):
+        qtbot.waitUntil(rows[0].buttons[0].isEnabled)
+        rows[0].buttons[0].click()
+        means.append(window.state.transfer_function.opacity.modes[-1].mean)
+    assert means[0] == means[1] == pytest.approx(100 + 100 * 100 / 255)
+    qtbot.waitUntil(rows[0].buttons[0].isEnabled)
+    QApplication.sendEvent(findings, QEvent(QEvent.Type.Leave))
+    assert rows[0].text.startswith("1   170.6 K") and rows[1].text.startswith("2   139.2 K")
 
 
 def test_switched_off_nothing_is_asked_or_shown(qtbot, window, builders):
