@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -67,7 +68,8 @@ class Values:
         scalar_range, place = asker.state.scalar_range, answer.request.regions[0]
         before = self.found if holds and place == self.place else ()
         found = contributions(answer.value[0], scalar_range)
-        return Values(place, follow(before, found, scalar_range, share=0.0)[:ROWS])
+        listed = follow(before, found, scalar_range, partial(replace, share=0.0))
+        return Values(place, listed[:ROWS])
 
 
 def answer_of_values(asker: SensitivityAsker) -> VisibilityAnswer | None:
@@ -112,7 +114,8 @@ class Peaks:
         found = strongest_intervals(values, scalar_range, ROWS, window=window)
         question = answer.request.region, answer.request.measure, scalar_range
         if holds and question == self.question:
-            found = follow(self.intervals, found, scalar_range, response=0.0)[:ROWS]
+            gone = partial(replace, response=0.0)
+            found = follow(self.intervals, found, scalar_range, gone)[:ROWS]
         of_all = strongest_intervals(values, scalar_range, ROWS)
         strongest = None
         if np.abs(values).max() >= FLOOR * SMALL_EDIT:

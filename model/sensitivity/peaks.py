@@ -1,8 +1,8 @@
 """Peaks of curves over scalar values: of a region's response, and of visibility at a place."""
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import TypeVar
 
@@ -132,23 +132,27 @@ def percentages(found: Sequence[Contribution]) -> tuple[int, ...]:
     return tuple(whole)
 
 
-Found = TypeVar("Found", Contribution, Interval)
+Found = TypeVar("Found", bound=Contribution | Interval)
 
 
 def follow(
-    before: tuple[Found, ...], found: tuple[Found, ...], scalar_range: Range, **missing: float
+    before: tuple[Found, ...],
+    found: tuple[Found, ...],
+    scalar_range: Range,
+    gone: Callable[[Found], Found],
 ) -> tuple[Found, ...]:
-    """List the present values in their order before an edit; missing ones get the given fields."""
-    left, listed = list(found), list[Found]()
+    """List the present values in their order before an edit, and those that are gone."""
+    left: list[Found] = list(found)
+    listed: list[Found] = []
     for old in before:
         near = [new for new in left if is_same_value(new.value, old.value, scalar_range)]
         new = min(near, key=lambda new: abs(new.value - old.value), default=None)
         if new is None:
-            listed.append(replace(old, **missing))
+            listed.append(gone(old))
         else:
             left.remove(new)
             listed.append(new)
-    return (*listed, *left)
+    return tuple(listed + left)
 
 
 def is_same_value(one: float, other: float, scalar_range: Range) -> bool:

@@ -1,3 +1,6 @@
+from dataclasses import replace
+from functools import partial
+
 import numpy as np
 import pytest
 from test_exact import RANGE, SIZE, VIEW, small_volume, tf_of
@@ -81,17 +84,18 @@ def test_a_long_flank_is_named_beside_the_peak_that_it_leads_to():
 
 
 def test_values_stay_in_their_rows_while_they_are_edited():
+    gone = partial(replace, share=0.0)
     before = peaks.contributions(bump(60, 5, 1.0) + bump(160, 5, 3.0), RANGE)
     # The first one is lowered below the second, which moves a little; a third one appears.
     after = peaks.contributions(bump(62, 5, 3.0) + bump(160, 5, 1.0) + bump(220, 5, 5.0), RANGE)
     assert [round(c.value) for c in after] == [220, 62, 160]
-    listed = peaks.follow(before, after, RANGE, share=0.0)
+    listed = peaks.follow(before, after, RANGE, gone)
     assert [round(c.value) for c in listed] == [160, 62, 220]
     assert sum(c.share for c in listed) == pytest.approx(1.0)
     # What no longer shows keeps its row.
-    gone = peaks.follow(before, peaks.contributions(bump(60, 5, 1.0), RANGE), RANGE, share=0.0)
-    assert [(round(c.value), round(c.share, 2)) for c in gone] == [(160, 0.0), (60, 1.0)]
-    assert peaks.follow((), after, RANGE, share=0.0) == after
+    missing = peaks.follow(before, peaks.contributions(bump(60, 5, 1.0), RANGE), RANGE, gone)
+    assert [(round(c.value), round(c.share, 2)) for c in missing] == [(160, 0.0), (60, 1.0)]
+    assert peaks.follow((), after, RANGE, gone) == after
 
 
 def test_what_goes_on_rising_outside_the_window_is_no_peak_inside():
