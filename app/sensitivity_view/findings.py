@@ -156,7 +156,7 @@ def edits_found(
     edits = [_edit(asker, number, interval) for number, interval in enumerate(peaks.intervals, 1)]
     if peaks.intervals:
         out = peaks.left_out
-        note = "" if out is None else f"Not listed: {asker.state.value_text(out)} (background)"
+        note = "" if out is None else f"without the background, at {asker.state.value_text(out)}"
     elif is_fresh:
         # Without a peak, the curve is flat or rises towards very rare values.
         flat = peaks.strongest is None

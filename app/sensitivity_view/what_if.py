@@ -267,7 +267,7 @@ class EditActions:
                 opacity = known[1]
             else:
                 step = raise_value if how == "raise" else lower_value
-                opacity = step(tf.opacity, value, width)
+                opacity = step(tf.opacity, value, width, found.reach)
             if opacity != tf.opacity:
                 self._ways_back["lower" if how == "raise" else "raise", opacity] = value, tf.opacity
         self._state.tf_input.set(replace(tf, opacity=opacity), f"{how} value")

@@ -160,7 +160,6 @@ class FigureDialog(QDialog):
 
     def _show(self, begin: FigureChoice) -> None:
         self.which_box.setCurrentIndex(max(self.which_box.findData(begin.which), 0))
-        self.movie_box.setChecked(begin.seconds > 0)
         self.background_box.show_background(begin.background)
         self.legend_box.setChecked(begin.legend)
         self.scale_box.setChecked(begin.scale_bar)

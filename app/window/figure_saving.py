@@ -310,7 +310,8 @@ class FigureSaving(QObject):
         # Rounded sides may differ by a pixel, a movie's even ones by two.
         if abs(choice.width * height - choice.height * width) > 2 * max(shown):
             longer, own = 0, size
-        kept = FigureSettings(longer, own, *look, samples, choice.seconds, choice.rate)
+        seconds = choice.seconds or (last.seconds if last else 0.0)
+        kept = FigureSettings(longer, own, *look, samples, seconds, choice.rate)
         self._context.preferences.set(figure=kept)
 
     def _take(self, name: str, result: Result) -> None:

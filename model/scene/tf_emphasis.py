@@ -4,7 +4,7 @@ import math
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from model.scene.transfer_function import (
     TF_SAMPLES,
@@ -34,7 +34,7 @@ def add_mode(opacity: OpacityTF, value: float, width: float, height: float) -> O
     if not opacity.points:
         return replace(opacity, modes=(*opacity.modes, mode))
     added = OpacityTF(opacity.scalar_range, (mode,))
-    values = _values_around(opacity, value, width)
+    values = _values_around(opacity, (value, value), width)
     heights = np.minimum(opacity(values) + added(values), 1)
     return replace(opacity, points=_pairs(values, heights))
 
@@ -86,20 +86,21 @@ def _recolored(color: ColorTF, values: NDArray[np.float64], colors: NDArray[np.f
     return replace(color, stops=tuple(sorted([*kept, *added])))
 
 
-def raise_value(opacity: OpacityTF, value: float, width: float) -> OpacityTF:
-    """Double the opacity around a value; scale whole modes by their share there.
+def raise_value(opacity: OpacityTF, value: float, width: float, reach: Range) -> OpacityTF:
+    """Double the opacity in a range of values; scale whole modes by their share there.
 
-    If no mode is near, add one of opacity .05. The width is a standard deviation.
+    If no mode is near the given one of them, add one of opacity .05. The width is a standard
+    deviation, also of the range's flanks.
     """
     is_there = float(opacity(value)) > TINY if opacity.points else _is_near(opacity, value, width)
     if not is_there:
         return add_mode(opacity, value, width, LEAST_RAISE)
-    return _scaled(opacity, value, width, STEP)
+    return _scaled(opacity, reach, width, STEP)
 
 
-def lower_value(opacity: OpacityTF, value: float, width: float) -> OpacityTF:
-    """Halve the opacity around a value: the inverse of :func:`raise_value` within its limits."""
-    return _scaled(opacity, value, width, 1 / STEP)
+def lower_value(opacity: OpacityTF, _value: float, width: float, reach: Range) -> OpacityTF:
+    """Halve the opacity in a range: the inverse of :func:`raise_value` within its limits."""
+    return _scaled(opacity, reach, width, 1 / STEP)
 
 
 def raised(opacity: OpacityTF, factor: float) -> OpacityTF:
@@ -145,14 +146,14 @@ def _is_near(opacity: OpacityTF, value: float, width: float) -> bool:
     return any(abs(mode.mean - value) <= reach and mode.amplitude > TINY for mode, reach in reaches)
 
 
-def _scaled(opacity: OpacityTF, value: float, width: float, factor: float) -> OpacityTF:
-    """Multiply the opacity around a value; whole modes by powers of the factor."""
+def _scaled(opacity: OpacityTF, reach: Range, width: float, factor: float) -> OpacityTF:
+    """Multiply the opacity in a range; whole modes by powers of the factor."""
     if opacity.points:
-        return _reshaped(opacity, value, width, factor)
+        return _reshaped(opacity, reach, width, factor)
     modes = []
     for mode in opacity.modes:
-        reach = math.hypot(mode.width, math.sqrt(2) * width)
-        weight = math.exp(-(((value - mode.mean) / reach) ** 2))
+        flank = math.hypot(mode.width, math.sqrt(2) * width)
+        weight = math.exp(-((float(_distance(mode.mean, reach)) / flank) ** 2))
         modes.append(replace(mode, amplitude=min(mode.amplitude * factor**weight, 1.0)))
     return replace(opacity, modes=tuple(modes))
 
@@ -184,19 +185,25 @@ def _between(opacity: OpacityTF, reach: Range, width: float) -> tuple[tuple[floa
     return tuple(sorted(curve.items()))
 
 
-def _reshaped(opacity: OpacityTF, value: float, width: float, factor: float) -> OpacityTF:
-    """Multiply a curve of points by a factor around a value."""
-    values = _values_around(opacity, value, width)
-    weights = np.exp(-(((values - value) / width) ** 2) / 2)
+def _reshaped(opacity: OpacityTF, reach: Range, width: float, factor: float) -> OpacityTF:
+    """Multiply a curve of points by a factor in a range."""
+    values = _values_around(opacity, reach, width)
+    weights = np.exp(-((_distance(values, reach) / width) ** 2) / 2)
     before = opacity(values)
     after = np.minimum(before * factor**weights, 1.0)
     return opacity if (after == before).all() else replace(opacity, points=_pairs(values, after))
 
 
-def _values_around(opacity: OpacityTF, value: float, width: float) -> NDArray[np.float64]:
-    """Values of the curve's points, and of some more around a value."""
+def _distance(values: ArrayLike, reach: Range) -> NDArray[np.float64]:
+    """Distance of values to a range; 0 in it."""
+    return np.abs(np.asarray(values) - np.clip(values, *reach))
+
+
+def _values_around(opacity: OpacityTF, reach: Range, width: float) -> NDArray[np.float64]:
+    """Values of the curve's points, and of some more at the flanks of a range."""
     lo, hi = opacity.scalar_range
-    more = value + width * np.linspace(-2.5, 2.5, 7)
+    flank = width * np.linspace(0, 2.5, 4)
+    more = np.concatenate([reach[0] - flank, reach[1] + flank])
     inside = more[(more > lo) & (more < hi)]
     together = np.union1d([point[0] for point in opacity.points], inside)
     # Points closer than a quarter of a bin would be hard to hit, and change nothing.

@@ -356,6 +356,7 @@ def test_a_movie_has_even_sides_that_players_show_and_a_background(qtbot):
     begin = FigureChoice(0, 0, None, samples=16, seconds=2.0)
     dialog = FigureDialog({"reference": (20001, 10000)}, begin)
     qtbot.addWidget(dialog)
+    dialog.movie_box.setChecked(True)
     assert dialog.choice() == replace(begin, width=4096, height=2048, background=(0, 0, 0))
     assert dialog.copy_button.isHidden()
     dialog.show()

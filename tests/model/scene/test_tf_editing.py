@@ -153,7 +153,7 @@ def at(opacity, value):
 @pytest.mark.parametrize("value", [100.0, 130.0, 151.0, 200.0])
 def test_values_are_doubled_and_halved(opacity, value):
     now = at(opacity, value)
-    raised, lowered = raise_value(opacity, value, 3.0), lower_value(opacity, value, 3.0)
+    raised, lowered = (f(opacity, value, 3.0, (value, value)) for f in (raise_value, lower_value))
     is_there = now > 0.1 or bool(opacity.points and now)
     assert at(raised, value) == pytest.approx(min(2 * now if is_there else now + 0.05, 1), abs=0.02)
     assert at(lowered, value) <= now
@@ -174,10 +174,19 @@ def test_lowering_undoes_raising_but_for_rounding(modes, chosen):
     opacity = OpacityTF((100.0, 200.0), tuple(GaussianMode(*mode) for mode in modes))
     value = modes[chosen % len(modes)][0]
     for one, other in ((raise_value, lower_value), (lower_value, raise_value)):
-        back = other(one(opacity, value, 3.0), value, 3.0)
+        where = value, 3.0, (value, value)
+        back = other(one(opacity, *where), *where)
         assert [m.mean for m in back.modes] == [m.mean for m in opacity.modes]
         for mode, before in zip(back.modes, opacity.modes, strict=True):
             assert mode.amplitude == pytest.approx(before.amplitude, rel=1e-12)
+
+
+@pytest.mark.parametrize("opacity", [TF.opacity, POINTS])
+def test_all_of_a_named_range_is_doubled(opacity):
+    raised = raise_value(opacity, 131.0, 3.0, (128.0, 150.0))
+    for value in (128.0, 131.0, 145.0):
+        assert at(raised, value) == pytest.approx(2 * at(opacity, value), rel=0.1)
+    assert at(raised, 185.0) == pytest.approx(at(opacity, 185.0), rel=0.05)
 
 
 def test_of_a_curve_the_values_in_reach_are_isolated():
