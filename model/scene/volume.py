@@ -26,7 +26,7 @@ ChoiceKind = Literal["series", "array", "time", "channel", "component"]  # of se
 
 
 class Caution(str):
-    """A reader's note on wrong shapes, which the window shows until the user dismisses it."""
+    """A note on shapes or brightness that may mislead, which the user has to dismiss."""
 
     __slots__ = ()
 

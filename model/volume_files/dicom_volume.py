@@ -58,7 +58,7 @@ def read_stack(images: Sequence[Frame]) -> Grid:
         values,
         origin=first.position or (0.0, 0.0, 0.0),
         units=units.pop() if len(units) == 1 else "",
-        notes=notes + ((said,) if said else ()),
+        notes=notes + ((Caution(said),) if said else ()),
         missing=missing,
         facts=FileFacts("DICOM", mm, declared_type=declared),
     )

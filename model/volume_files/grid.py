@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from model.errors import VolumeError
 from model.scene.slices import OPPOSITES
-from model.scene.volume import FileFacts, Triple
+from model.scene.volume import Caution, FileFacts, Triple
 from model.volume_files.checks import number_of
 
 
@@ -295,7 +295,7 @@ def _sheared_back(grid: Grid, directions: NDArray[np.float64]) -> tuple[Grid, ND
     normal = np.cross(x, y) / (lengths[0] * lengths[1])
     values, missing, moved = sheared_back(grid.values, grid.missing, shear)
     upright = np.stack([x, y, (z @ normal) * normal])
-    note = (
+    note = Caution(
         f"The slices are shifted against one another by {np.degrees(np.arcsin(tilt)):.1f} degrees, "
         "as by a tilted gantry; they are sheared back to where they were taken."
     )

@@ -144,7 +144,9 @@ def test_padding_is_missing():
 ])  # fmt: skip
 def test_what_is_odd_about_a_series_is_said(case, words, distance):
     volume = read_volume(CASES / case)
-    assert words in said(volume)
+    (note,) = (each for each in volume.notes if words in each)
+    # What misleads stays until it is dismissed.
+    assert isinstance(note, Caution) == (case != "pixel_spacing_changes")
     assert distance is None or volume.spacing[2] == pytest.approx(distance)
 
 
