@@ -3,9 +3,9 @@
 import math
 from collections.abc import Mapping
 
-from PySide6.QtCore import QEvent, QObject, QSignalBlocker, Qt
+from PySide6.QtCore import QEvent, QObject, QPoint, QSignalBlocker, Qt
 from PySide6.QtGui import QKeyEvent, QValidator
-from PySide6.QtWidgets import QDoubleSpinBox, QSpinBox, QWidget
+from PySide6.QtWidgets import QDoubleSpinBox, QSpinBox, QToolTip, QWidget
 
 from app.controls import WheelGuard
 from model.scene.value_scale import ValueScale, place_of, value_at
@@ -176,7 +176,7 @@ class _Typing(QObject):
         box.lineEdit().returnPressed.connect(lambda: (box.parentWidget() or box).setFocus())
 
     def eventFilter(self, _box: QObject, event: QEvent) -> bool:
-        """Ignore Enter on an invalid text, and let Escape discard a text."""
+        """Say at Enter why a text is invalid, and let Escape discard a text."""
         if not isinstance(event, QKeyEvent) or event.type() != QEvent.Type.KeyPress:
             return False
         line = self._box.lineEdit()
@@ -187,7 +187,11 @@ class _Typing(QObject):
             self._mark()
             return True
         is_enter = event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter)
-        return is_enter and not self._box.hasAcceptableInput()
+        is_refused = is_enter and not self._box.hasAcceptableInput()
+        if is_refused:
+            # It has the limits.
+            QToolTip.showText(self._box.mapToGlobal(QPoint(0, 0)), self._box.toolTip(), self._box)
+        return is_refused
 
     def _mark(self) -> None:
         self._box.setProperty("refused", not self._box.hasAcceptableInput())

@@ -155,8 +155,8 @@ def edits_found(
     is_fresh = asker.is_fresh(asker.region)
     edits = [_edit(asker, number, interval) for number, interval in enumerate(peaks.intervals, 1)]
     if peaks.intervals:
-        out = peaks.left_out
-        note = "" if out is None else f"without the background, at {asker.state.value_text(out)}"
+        out = "" if peaks.left_out is None else asker.state.value_text(peaks.left_out)
+        note = out and f"the background, value {out}, is not listed"
     elif is_fresh:
         # Without a peak, the curve is flat or rises towards very rare values.
         flat = peaks.strongest is None

@@ -467,7 +467,8 @@ class SlicesColumn(QWidget):
         value = slices.stored_at(volume, place)
         said, name = "nothing measured", ""
         if value is not None:
-            said = f"{value:.9g} {volume.units}" if volume.units else f"value {value:.9g}"
+            number = significant(value, 9 if value.is_integer() else 5)
+            said = f"{number} {volume.units}" if volume.units else f"value {number}"
             name = self._state.viewer.label_name(value)
         voxel = f"voxel {', '.join(str(n + 1) for n in slices.voxel_of(volume, place))}"
         step, found = min(volume.spacing), slices.coordinates(volume, place)

@@ -2,7 +2,7 @@ import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QShortcut
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QVBoxLayout, QWidget
+from PySide6.QtWidgets import QToolTip, QVBoxLayout, QWidget
 
 from app.number_box import NumberBox, WholeNumberBox
 
@@ -66,6 +66,7 @@ def test_what_is_no_number_within_the_limits_is_not_taken(boxes, typed):
     type_over(box, typed)
     QTest.keyClick(box, Qt.Key.Key_Return)
     assert box.text() == typed and box.value() == 0.5 and box.property("refused")
+    assert "From 0 to 1" in QToolTip.text()
     QTest.keyClick(box, Qt.Key.Key_Tab)
     assert box.text() == ".5" and not box.property("refused")
 

@@ -315,7 +315,7 @@ def test_a_resting_mouse_marks_the_value_and_shows_where_it_is_visible(qtbot, wi
     assert mark.value() == pytest.approx(window.editor.area.axis.place(value))
     qtbot.waitUntil(lambda: asked.band is not None and asked.band.low == pytest.approx(value))
     assert not asked.band.effect and state(window).band is None
-    assert readout(window) == f"{value:.9g} K\nvoxel 2, 4, {z + 1}"
+    assert readout(window) == f"{value:.5g} K\nvoxel 2, 4, {z + 1}"
     QTest.mouseMove(view.viewport(), at(window, view, 2, 1, z))
     assert asked.band is None
     qtbot.waitUntil(lambda: asked.band is not None)
