@@ -363,14 +363,15 @@ class LatentBrowser(QWidget):
             self.grid.is_stale = not self._pictures.is_fresh(grid)
 
     def _choose_cell(self, cell: int) -> None:
-        grid, tf = self._pictures.grid, self._pictures.cell_tf(cell)
-        if grid is not None and tf is not None:
+        grid = self._pictures.grid
+        if grid is not None and (tf := grid.tfs[cell]) is not None:
             x, y = grid.places[cell].tolist()
             self.take(tf, "TF from the grid", (x, y), grid.exposures.get(cell))
 
     def _hover_cell(self, cell: int | None) -> None:
         self.map.active_cell = cell
-        self.preview.show_tf(None if cell is None else self._pictures.cell_tf(cell))
+        grid = self._pictures.grid
+        self.preview.show_tf(None if cell is None or grid is None else grid.tfs[cell])
 
     def _zoom(self, cell: int | None) -> None:
         """Shrink the rectangle to one of its cells; None goes back, or doubles it."""

@@ -101,7 +101,7 @@ class LatentPictures(QObject):
             changed.connect(self.ask)
         latent.brushChanged.connect(lambda _brush: self._ask_grid(live=latent.dragging))
         latent.hoverChanged.connect(self._hover_changed)
-        self.session.mapChanged.connect(self._map_changed)
+        self.session.mapChanged.connect(lambda map_: self._forget() if map_ is None else self.ask())
         # Coarse pictures come first, in a fraction of the time.
         self.session.differentChanged.connect(lambda: self._ask_grid(live=True))
         self.exact = clients["exact"]
@@ -149,16 +149,6 @@ class LatentPictures(QObject):
         """Request all pictures again, at full size."""
         self._ask_grid()
         self._ask_hover(live=False)
-
-    def cell_tf(self, index: int) -> OpacityTF | None:
-        """Opacity TF of a cell, row by row; None for an empty one."""
-        return None if self.grid is None else self.grid.tfs[index]
-
-    def _map_changed(self, map_: object) -> None:
-        if map_ is None:
-            self._forget()
-        else:
-            self.ask()
 
     def _check_failure(self, state: EngineState) -> None:
         if state is EngineState.FAILED and self.state.choices.shown:
