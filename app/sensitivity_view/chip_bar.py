@@ -124,8 +124,8 @@ MEASURES: dict[Measure, tuple[str, str]] = {
 ENGINES: dict[EngineChoice, tuple[str, str]] = {
     "automatic": (
         "Automatic",
-        "The ray caster's exact derivative where it is fast enough, else the model's; at rest "
-        "both, to compare them",
+        "The ray caster's exact derivative; where the model's image is shown, the model's, too, to "
+        "compare them, or where the ray caster is slow",
     ),
     "exact": ("Exact", "The ray caster's derivative; in path-traced light, another light's"),
     "learned": ("Learned", "The model of this volume"),

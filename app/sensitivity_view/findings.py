@@ -221,10 +221,10 @@ def source_text(workspace: Workspace) -> str:
             parts.append(f"{name} …")
         if hint:
             parts.append(_warning("outside what it was trained on"))
-    elif choices.engine != "exact" and hint and asker.learned_size is None:
+    elif asker.asks_model and hint and asker.learned_size is None:
         is_there = workspace.model.scene is not None
         parts.append(f"{gloss('Learned')}: {'not for this range' if is_there else 'loading …'}")
-    elif choices.engine != "exact" and asker.learned_size and not asker.asked.outline.is_in_square:
+    elif asker.asks_model and asker.learned_size and not asker.asked.outline.is_in_square:
         parts.append(f"{gloss('Learned')}: the region leaves the model's image")
     return " &nbsp; ".join(parts)
 

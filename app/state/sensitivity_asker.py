@@ -112,6 +112,7 @@ class SensitivityAsker(QObject):
         self.window: Range = (0.0, 1.0)
         self.exact_source: Source = "exact"
         self.learned_size: int | None = None
+        self._sees_model = True
         self.hint = ""  # inputs outside that generator's training, in words
         self.pace = AnswerPace(clock)
         self.state, self.asked, self.clients = state, asked, clients
@@ -137,13 +138,18 @@ class SensitivityAsker(QObject):
     @property
     def engines(self) -> list[EngineName]:
         """Engines that may answer, the exact one first; none if sensitivities are hidden."""
-        choice = self.asked.choices.engine
         names: list[EngineName] = []
-        if self._is_open and choice != "learned":
+        if self._is_open and self.asked.choices.engine != "learned":
             names.append("exact")
-        if self.learned_size is not None and choice != "exact":
+        if self.learned_size is not None and self.asks_model:
             names.append("learned")
         return names if self.asked.choices.shown else []
+
+    @property
+    def asks_model(self) -> bool:
+        """Whether a model is to be asked: where it is chosen, or its image is visible."""
+        choice = self.asked.choices.engine
+        return choice == "learned" or (choice == "automatic" and self._sees_model)
 
     @property
     def rest_size(self) -> int:
@@ -226,6 +232,14 @@ class SensitivityAsker(QObject):
             self.learned_size = size
             self._forget()
             self.ask()
+
+    def see_model(self, is_seen: bool) -> None:
+        """Set whether the model's image is visible."""
+        if is_seen != self._sees_model:
+            self._sees_model = is_seen
+            if self.learned_size is not None:
+                self._forget()
+                self.ask()
 
     def stop(self) -> None:
         """Stop asking."""

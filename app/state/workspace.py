@@ -177,6 +177,7 @@ class Workspace(QObject):
         hidden = frozenset(client for client, shown in seen if not shown)
         missed = bool(self._scheduler.hidden - hidden) or (b and not self._scheduler.compares)
         self._scheduler.hidden, self._scheduler.compares = hidden, b
+        self.sensitivity.see_model(generator)
         if not b:
             self._clients.reference.images_b.cancel()
             self._clients.reference.free()

@@ -227,6 +227,9 @@ def test_who_answers(asking, engine, has_model, slow, question, rest, live):
         asker.pace.note((name, "field"), size, 2.0)
     assert asker.order(question) == rest
     assert asker.order(question, live=True) == live
+    # A model whose image is hidden answers only where it was chosen.
+    asker.see_model(False)
+    assert ("learned" in asker.order(question)) == (engine == "learned" and has_model)
     asking.asked.choose(shown=False)
     assert asker.order(question) == []
 
