@@ -37,6 +37,7 @@ STRIP_HEIGHT, PINS_HEIGHT, LABELS_HEIGHT = 14, 14, 20
 PIN_PLACE = -0.5 * PINS_HEIGHT / STRIP_HEIGHT  # height above the strip, in its heights
 ZOOM_STEP = 1.25  # by which a step of the wheel scales the visible interval
 GAP = 18  # pixels between a point and the numbers of its drag
+TIP_DROP = 20  # pixels by which Qt shows a tooltip below its place
 HEADROOM = 16  # pixels above the opacity 1, for flags and the grips of the range
 Side = Literal["left", "bottom", "right"]
 
@@ -137,8 +138,8 @@ class PlotArea(QObject):
             where = cast(QHelpEvent, event)
             said = self._text_at(where.pos())
             if said:
-                # Below the plot, so as not to hide its place in it.
-                below = QPoint(where.pos().x(), self.rect.bottom())
+                # Below the plot, so as not to hide its place in it, and above the keys' hints.
+                below = QPoint(where.pos().x(), self.rect.bottom() - TIP_DROP)
                 QToolTip.showText(self.widget.viewport().mapToGlobal(below), said, self.widget)
                 return True
         return False

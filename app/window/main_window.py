@@ -264,9 +264,12 @@ class MainWindow(WindowParts):
 
     def _show_focus(self) -> None:
         tf_input, compares = self.state.tf_input, self.panes.compares
-        for pane in (self.reference, self.pane_b):
+        for pane, other in ((self.reference, self.pane_b), (self.pane_b, self.reference)):
             is_one = compares and not self.panes.wipes
             pane.canvas.is_edited = is_one and pane.name == tf_input.pane
+            if pane.canvas.is_edited and other.canvas.hasFocus():
+                # Its frame is the strongest.
+                pane.canvas.setFocus()
         work = self.workspace.reference
         lights = work.settings.lighting, work.settings_b.lighting
         of_a, of_b = (f", {LIGHTS[each]}" * (lights[0] != lights[1]) for each in lights)

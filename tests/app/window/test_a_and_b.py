@@ -64,7 +64,7 @@ def test_what_is_edited_is_the_pane_that_was_clicked(qtbot, window, builders):
     QTest.mouseClick(a, LEFT, pos=a.rect().center())
     assert edited(window) == ("A", "TF of A", "A") and window.state.transfer_function == first
     QTest.keyClick(a, Qt.Key.Key_A, Qt.KeyboardModifier.ShiftModifier)
-    assert edited(window)[0] == "B"
+    assert edited(window)[0] == "B" and window.pane_b.canvas.hasFocus()
     QTest.keyClick(a, Qt.Key.Key_A, Qt.KeyboardModifier.ShiftModifier)
     assert edited(window)[0] == "A"
     # By the left button its menu opens, too.
