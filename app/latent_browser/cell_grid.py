@@ -216,7 +216,6 @@ def explanation_of(picture: GridPicture, cell: int) -> str:
         return "There is no TF in this part of the map."
     if picture.cells is not None:
         return f"The mean of {caption_of(picture, cell)}. Click to take it."
-    if not caption_of(picture, cell):
-        return "Click to take this TF."
-    factor = f"{picture.exposures[cell]:.0f}"
-    return f"This picture is {factor} times as bright as usual. Click to take the TF as shown."
+    if caption := caption_of(picture, cell):
+        return f"This picture is {caption} as usual. Click to take the TF as shown."
+    return "Click to take this TF."

@@ -349,13 +349,11 @@ def test_the_map_is_cancelled_or_the_window_closed_meanwhile(
         window.top_bar.browse.click()
         session = window.workspace.latent.session
         qtbot.waitUntil(lambda s=session: s.is_embedding)
-        if close:
-            window.close()
-        else:
+        if not close:
             window.browser.bar.stop.click()
             assert not session.is_embedding
             assert session.map is not None
-            window.close()
+        window.close()
     assert all(process.poll() is not None for process in started)
     assert not list(tmp_path.iterdir())
 
