@@ -26,6 +26,8 @@ from model.volume_files.source import VolumeSource, volume_of
 
 Images = NDArray[np.float32]
 
+MAP = 620  # width and height of a figure's map and grid, in pixels
+
 Draw = Callable[[Codes], Images]  # codes (n, d) to images (n, S, S, 4), of codes or of their TFs
 
 
@@ -208,31 +210,23 @@ def _add_one(
 def _draw_figure(
     asked: Latent, volume: Volume, map_: LatentMap, found: _Found, colors: TransferFunction
 ) -> None:
-    from app.figures.paper_figures import save_latent_figure
-    from app.figures.plots import TFPlot
+    from app.figures.plots import PLOT, Page, TFPlot
 
     drawn_by = "ray caster" if asked.model is None else f"model {asked.model.name}"
-    units = f" ({volume.units})" if volume.units else ""
-    tf = None
-    if found.opacity_tf is not None:
-        tf = TFPlot(
-            "Its opacity TF",
-            volume.scalar_range,
-            found.opacity_tf.sample(volume.scalar_range),
-            colors.color.sample(volume.scalar_range),
-            f"scalar value{units}",
-        )
-    save_latent_figure(
-        asked.out,
-        f"{volume.name}, view {view_text(asked.view)}, by the {drawn_by}",
-        map_.places,
-        grid=found.grid,
-        brush=asked.grid,
-        picture=found.picture,
-        place=found.place,
-        tf=tf,
-        explanation=_explanation(asked, volume),
-    )
+    title = f"{volume.name}, view {view_text(asked.view)}, by the {drawn_by}"
+    at, grid, picture, place = int(found.grid is not None), found.grid, found.picture, found.place
+    widths = [MAP] * (1 + at) + [PLOT] * (picture is not None)
+    page = Page(title, widths, [MAP // 2] * 2)
+    if grid is not None:
+        page.picture(0, 0, "Means of the rectangle's 4 x 4 cells", grid, rows=2)
+    name, discs = f"Map of {len(map_.places):,} opacity TFs", [] if place is None else [place]
+    page.map(0, at, name, map_.places, asked.grid, discs, rows=2)
+    if picture is not None and place is not None and found.opacity_tf is not None:
+        page.picture(0, at + 1, f"At {place[0]:.3f},{place[1]:.3f}", picture)
+        tf = replace(colors, opacity=found.opacity_tf)
+        inputs = SceneInputs.of(asked.view, tf)
+        page.tf(1, at + 1, TFPlot.of("Its opacity TF", inputs, volume.units))
+    page.save(asked.out, _explanation(asked, volume))
 
 
 def _explanation(asked: Latent, volume: Volume) -> str:

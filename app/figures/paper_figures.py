@@ -1,4 +1,4 @@
-"""Figures as the paper's (Figs. 1, 2 and 8 to 12), of the latent map, and of studies."""
+"""Figures as the paper's (Figs. 1, 2 and 8 to 12), and of studies."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -13,7 +13,6 @@ from app.figures.plots import (
     COLORS,
     PICTURE,
     PLOT,
-    Brush,
     Disc,
     Page,
     TFPlot,
@@ -289,37 +288,3 @@ def save_error_curves(path: Path, study: Study, result: dict[str, Any]) -> None:
         plot.setYRange(0, 1.1 * max(known, default=1.0))
         plot.setXRange(-0.3, len(names) - 0.7)
     page.save(path)
-
-
-LATENT_MAP = 620  # width and height of the map and of the grid, in pixels
-
-
-def save_latent_figure(
-    path: Path,
-    title: str,
-    places: NDArray[np.floating],
-    *,
-    grid: NDArray[np.floating] | None = None,
-    brush: Brush | None = None,
-    picture: NDArray[np.floating] | None = None,
-    place: Disc | None = None,
-    tf: TFPlot | None = None,
-    explanation: str = "",
-) -> None:
-    """Draw the map, the parts that are given, and an explanation, as a PNG file.
-
-    To the left are pictures (H, W, 3) of the cells of a brush, to the right that of a place, over
-    its decoded TF. A radius of 0 marks a place that is approximate.
-    """
-    column = int(grid is not None)
-    widths = [LATENT_MAP] * (1 + column) + [PLOT] * (picture is not None)
-    page = Page(title, widths, [LATENT_MAP // 2] * 2)
-    if grid is not None:
-        page.picture(0, 0, "Means of the rectangle's 4 x 4 cells", grid, rows=2)
-    discs = [] if place is None else [place]
-    page.map(0, column, f"Map of {len(places):,} opacity TFs", places, brush, discs, rows=2)
-    if picture is not None and place is not None:
-        page.picture(0, column + 1, f"At {place[0]:.3f},{place[1]:.3f}", picture)
-    if tf is not None:
-        page.tf(1, column + 1, tf)
-    page.save(path, explanation)

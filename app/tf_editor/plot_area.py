@@ -21,7 +21,7 @@ from PySide6.QtWidgets import (
 )
 
 from app import theme
-from app.controls import BY_KEYS, add_action
+from app.controls import BY_KEYS, QT_SHIFT, add_action
 from app.tf_editor.handles import DragHandle
 from app.tf_editor.histogram import Curve, HistogramLayer
 from app.tf_editor.unit_axis import OpacityScale, ScalarAxis
@@ -37,7 +37,6 @@ STRIP_HEIGHT, PINS_HEIGHT, LABELS_HEIGHT = 14, 14, 20
 PIN_PLACE = -0.5 * PINS_HEIGHT / STRIP_HEIGHT  # height above the strip, in its heights
 ZOOM_STEP = 1.25  # by which a step of the wheel scales the visible interval
 GAP = 18  # pixels between a point and the numbers of its drag
-TIP_DROP = 20  # pixels by which Qt shows a tooltip below its place
 HEADROOM = 16  # pixels above the opacity 1, for flags and the grips of the range
 Side = Literal["left", "bottom", "right"]
 
@@ -139,7 +138,7 @@ class PlotArea(QObject):
             said = self._text_at(where.pos())
             if said:
                 # Below the plot, so as not to hide its place in it, and above the keys' hints.
-                below = QPoint(where.pos().x(), self.rect.bottom() - TIP_DROP)
+                below = QPoint(where.pos().x(), self.rect.bottom()) - QT_SHIFT
                 QToolTip.showText(self.widget.viewport().mapToGlobal(below), said, self.widget)
                 return True
         return False

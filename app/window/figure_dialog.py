@@ -25,7 +25,6 @@ from app.number_box import WholeNumberBox, short
 from app.picture import BLACK, LARGEST_SIZE, WHITE, Background, paint_background
 from app.window.figure import CONTENTS, FigureChoice, Size, Which
 from model.rendering.scale_bar import DEPTH_TEXT
-from model.volume_files.checks import readable_size
 
 LEAST_SIZE, LARGEST_MOVIE = 16, 4096  # fewest pixels along a side; most that movie players show
 
@@ -34,8 +33,7 @@ LONGER_SIDES = (512, 1024, 1920, 2048, 4096, 8192)
 
 SAMPLES = (1, 4, 16, 64, 256, 1024)  # samples of each pixel that path-traced figures may have
 SHORTEST, LONGEST, HIGHEST_RATE = 0.5, 600.0, 60  # seconds, and frames per second
-BYTES_PER_PIXEL = 20  # memory of a rendering and of the figure made from it
-MUCH_MEMORY, LONG = 2**30, 5.0  # bytes and seconds from which the dialog names them
+LONG = 5.0  # seconds from which the dialog names a figure's time
 PREVIEW = 440, 260  # width and height of the preview, in pixels
 
 _OWN_SIZE, _OTHER_COLOR = "Custom size", "Other colour…"
@@ -217,17 +215,13 @@ class FigureDialog(QDialog):
         self.preview(self.choice())
 
     def _show_cost(self) -> None:
-        """Say how large the figure is and, if that is much, what it needs."""
+        """Say how large the figure is and how long it takes, if that is long."""
         choice = self.choice()
         pixels = choice.width * choice.height
-        texts, need = [f"{short(pixels / 1e6)} megapixels"], pixels * BYTES_PER_PIXEL
-        if need >= MUCH_MEMORY:
-            texts.append(f"{readable_size(need)} of memory")
         # In other light, pictures take little longer than their preview.
         seconds = self._pace * pixels * choice.samples * max(choice.frame_count, 1)
-        if seconds >= LONG:
-            texts.append(f"about {duration(seconds)}")
-        self._cost.setText(", ".join(texts))
+        time = f", about {duration(seconds)}" if seconds >= LONG else ""
+        self._cost.setText(f"{short(pixels / 1e6)} megapixels{time}")
 
     def _set_present(self, _row: int = 0) -> None:
         """Offer sizes of the image's proportions; the chosen row stays."""
