@@ -20,7 +20,6 @@ from app.state.opened_volume import OpenedVolume
 from app.state.preferences import Preferences
 from app.state.settings import VolumeMemory
 from model.errors import TfscopeError, VolumeError
-from model.scene.mask import Mask
 from model.scene.ranges import RangeChoice, fit_to_volume, robust_range
 from model.scene.scene import Scene
 from model.scene.transfer_function import Range, TransferFunction
@@ -209,26 +208,19 @@ class VolumeOpening(QObject):
             mask = self._preferences.read_mask(memory.mask, volume)
         except TfscopeError as error:
             problems.append(f"All voxels are shown. {error_sentence(error)}")
-        return self._first_shown(path, shown, mask, wanted, memory, tuple(problems))
 
-    def _first_shown(
-        self,
-        path: Path,
-        volume: Volume,
-        mask: Mask | None,
-        wanted: Wanted,
-        memory: VolumeMemory,
-        problems: tuple[str, ...],
-    ) -> _Read:
-        """Compute a volume's derived data over the wanted range."""
-        model = self._model_now
-        again = partial(self._first_shown, path, volume, mask, wanted, memory, problems)
-        try:
-            shown = _first_range(volume, wanted, memory, model, self._library)
-            return _Read(OpenedVolume.of(path, shown, mask), problems, model, again)
-        except TfscopeError as error:
-            problems = (*problems, error_sentence(error))
-        return _Read(OpenedVolume.of(path, volume, mask), problems, model, again)
+        def first_shown() -> _Read:
+            """Compute the volume's derived data over the wanted range."""
+            model, said = self._model_now, [*problems]
+            try:
+                ranged = _first_range(shown, wanted, memory, model, self._library)
+                opened = OpenedVolume.of(path, ranged, mask)
+            except TfscopeError as error:
+                said.append(error_sentence(error))
+                opened = OpenedVolume.of(path, shown, mask)
+            return _Read(opened, tuple(said), model, first_shown)
+
+        return first_shown()
 
     def _say_progress(self, stop: threading.Event, what: str, done: int, count: int) -> None:
         if not stop.is_set():
