@@ -54,6 +54,8 @@ class Preparation(QObject):
         self._has_begun = False
         # When the present groups were wanted, and how many of them were prepared by then.
         self._since, self._before, self._crowd = 0.0, 0, 1.0
+        self._least = 0  # least remaining time that was said, in seconds
+        self.text = ""  # sentence with the remaining time; empty once all are prepared
         self._tick = QTimer(self, interval=TICK_MS)
         self._tick.timeout.connect(self._say_progress)
         self._patience = Pause(self, PATIENCE_MS, self.begin)
@@ -70,7 +72,7 @@ class Preparation(QObject):
         if tuple(groups) != self._wanted:
             self._wanted = tuple(groups)
             self._since, self._before = monotonic(), sum(map(self.is_prepared, groups))
-            self._crowd = _crowd()
+            self._crowd, self._least = _crowd(), LONGEST_S * len(groups)
             self._tick.start()
             if not self._has_begun:
                 self._patience.start()
@@ -130,9 +132,8 @@ class Preparation(QObject):
         if worker.group is not None:
             self._take(worker.group)
 
-    @property
-    def text(self) -> str:
-        """Sentence with the remaining time of the wanted groups; empty once they are prepared."""
+    def _text(self) -> str:
+        """Say the remaining time of the wanted groups, which never rises."""
         done = sum(map(self.is_prepared, self._wanted)) - self._before
         count, spent = len(self._wanted) - self._before, monotonic() - self._since
         if done == count:
@@ -141,13 +142,14 @@ class Preparation(QObject):
         if done > 0:
             # Groups in progress count as half done.
             whole = spent * count / min(done + len(self._workers) / 2, count)
-        seconds = 5 * max(math.ceil((whole - spent) / 5), 1)
-        return f"Compiling, about {seconds} s left …"
+        self._least = min(5 * max(math.ceil((whole - spent) / 5), 1), self._least)
+        return f"Compiling, about {self._least} s left …"
 
     def _say_progress(self) -> None:
         done = sum(map(self.is_prepared, self._wanted))
         if done == len(self._wanted):
             self._tick.stop()
+        self.text = self._text()
         self.progressed.emit(done, len(self._wanted))
 
 

@@ -66,6 +66,7 @@ Drag a line at an end of the range | stretch the TF (with Ctrl: cut it)
 Ctrl and wheel, middle drag; Home | zoom and move the axis; all of it
 Click the colour strip | add a colour stop
 Double click a colour stop | choose its colour
+Shift and drag, or Ctrl+A; then drag a handle | select several, move them together
 Arrow keys, faster with Shift | move the selection
 Delete | remove the selection | Delete | remove
 F2 | type the numbers of the selection; Tab goes on | F2 | numbers

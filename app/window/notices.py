@@ -30,7 +30,7 @@ class Notices(QWidget):
         self._column = fill(QVBoxLayout(self), spacing=4)
         self.more = label("", "dim")
         self.more.setAlignment(Qt.AlignmentFlag.AlignHCenter)
-        self.more.setStyleSheet(f"color: {theme.ON_IMAGE.dim}")
+        self.more.setStyleSheet(f"color: {theme.ON_IMAGE.text}")
         self._column.addWidget(self.more)
         self.more.hide()
         self.hide()

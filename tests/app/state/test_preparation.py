@@ -66,6 +66,17 @@ def test_what_is_wanted_is_compiled_once(qtbot, folder):
     assert not processes_of(again)
 
 
+def test_the_time_left_never_rises(monkeypatch, folder):
+    work, now, said = Preparation(), [0.0], []
+    monkeypatch.setattr(preparation, "monotonic", lambda: now[0])
+    work.progressed.connect(lambda *_: said.append(int(work.text.split()[2])))
+    work.want([IMAGES, QUESTIONS])
+    for now[0] in (5.0, 300.0, 3000.0):
+        work._say_progress()
+    assert said[0] > said[1] and said == sorted(said, reverse=True)
+    work.stop()
+
+
 def test_few_processes_compile_all_that_is_wanted(qtbot, folder):
     work = preparing(KEEPS, folder)
     lights = ("none", "direct", "soft", "path")
