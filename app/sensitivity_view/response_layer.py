@@ -343,9 +343,13 @@ class VisibleLayer:
         self.place_labels()
 
     def mark_stale(self) -> None:
-        """Dim the area if it belongs to another image."""
-        answer = self._asker.visibility
-        fresh = answer is not None and answer.is_of(self._state.inputs)
+        """Dim the area if it belongs to another image or region."""
+        answer, outline = self._asker.visibility, self._asker.asked.outline
+        fresh = (
+            answer is not None
+            and answer.is_of(self._state.inputs)
+            and answer.request.regions[0] == outline
+        )
         for item in (self._curve, *self._labels):
             item.setOpacity(1.0 if fresh else STALE)
 

@@ -116,7 +116,8 @@ class SensitivityView(QObject):
                 chips.refresh, self._show_source, findings.show_open, findings.refresh,
             ),
             "regions": (
-                what_if.forget, *regions, responses.follow_region, chips.refresh, findings.refresh,
+                what_if.forget, *regions, visible.mark_stale, responses.follow_region,
+                chips.refresh, findings.refresh,
             ),
             "band": (*covers, band.refresh, what_if.follow_band),
             "place": (*regions, *labels, findings.refresh),

@@ -37,7 +37,7 @@ from model.scene.volume import Triple, Volume
 FAST = 10  # slices of a notch of the wheel with Shift
 ZOOM = 1.15  # factor of a notch with Ctrl
 LARGEST, MARGIN = 200, 0.06  # largest zoom of a slice; margin around it, as a share of its size
-FADED = 4  # divisor of the opacity of voxels that images do not show
+FADED = 3  # divisor of the brightness of voxels that images do not show
 GAP = 6.0  # half the gap of the cross-hair in its middle, in pixels
 PLACE, PADDING = 6, 8  # distance of the number's box to the corner, and its margin, in pixels
 GRAY_PIXELS = 200.0  # pixels of a drag that make the grey window 2.7 times as wide
@@ -177,9 +177,9 @@ class SliceView(pg.GraphicsView):  # type: ignore[misc]
             picture = paint.picture(values, hidden, state.band, ink.rgb() & 0xFFFFFF)
             cut = slices.cut_away(volume, plane, state.place, *hides)
             if cut is not None:
-                alpha = picture[..., 3]
-                np.floor_divide(alpha, FADED, out=alpha, where=cut)
-            self._is_hatched = hidden is not None or cut is not None
+                colors = picture[..., :3]
+                np.floor_divide(colors, FADED, out=colors, where=cut[..., None])
+            self._is_hatched = hidden is not None
             self.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform, smooth)
             self._picture.setImage(picture, autoLevels=False, levels=None)
             self._picture.setRect(self._voxels)
@@ -350,7 +350,7 @@ class SliceView(pg.GraphicsView):  # type: ignore[misc]
         return next((item for item in self.items(position.toPoint()) if item in handles), None)
 
     def drawBackground(self, painter: QPainter, rect: QRectF) -> None:
-        """Hatch clear places, where nothing was measured or images show nothing."""
+        """Hatch clear places, where nothing was measured."""
         painter.fillRect(rect, QColor(theme.CANVAS))
         if self._is_hatched:
             shown = self._box.mapViewToScene(self._voxels).boundingRect()
@@ -423,7 +423,9 @@ class SlicesColumn(QWidget):
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Put the other slices to the right of the first, where all become larger by that."""
         super().resizeEvent(event)
-        is_wide, directions = 3 * self.width() > 2 * self.height(), QBoxLayout.Direction
+        widest = max(view.number.width() + 2 * PLACE for view in self.views)
+        is_wide = self.width() > max(2 * self.height() / 3, 2 * widest)
+        directions = QBoxLayout.Direction
         self._rows.setDirection(directions.LeftToRight if is_wide else directions.TopToBottom)
         # The layout of hidden slices would take its share, too.
         self._rows.setStretch(1, 0 if self.is_large else 1 if is_wide else 2)

@@ -120,9 +120,12 @@ class PresetMenu(QMenu):
             self.list.item(row).setIcon(picture_icon(picture, PICTURE))
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Let the arrow keys move among the pictures."""
+        """Let the arrow keys move among the pictures, and mark the present TF's."""
         super().showEvent(event)
         self.list.setFocus()
+        tfs, present = [preset.tf for preset in self._listed], self._state.transfer_function
+        # Otherwise the first one would look chosen.
+        self.list.setCurrentRow(tfs.index(present) if present in tfs else -1)
 
     def _fill(self) -> None:
         self._listed = self.listed()

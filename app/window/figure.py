@@ -31,6 +31,7 @@ from app.tf_editor.unit_axis import ticks
 from model.rendering.raster import at_size_of
 from model.rendering.scale_bar import Scale, ScaleBar
 from model.scene.inputs import SceneInputs
+from model.scene.tf_editing import opacity_handles
 from model.scene.transfer_function import TransferFunction
 from model.scene.view import Projection, View
 from model.scene.volume import Triple
@@ -166,9 +167,9 @@ class Marks:
             profile = QRectF(own.left() - 0.9 * gap - curve, own.top(), curve, length)
             self._paint_colors(own, profile, each)
             self._write(own.center().x() - self._width_of(name) / 2, own.top() - 0.4 * text, name)
-            peaks.insert(
-                0, f"{name} {short(float(each.opacity.sample(count=SAMPLES).max()))}".strip()
-            )
+            places = np.clip([at for at, _ in opacity_handles(each.opacity)], *each.scalar_range)
+            highest = max(each.opacity.sample().max(), each.opacity(places).max(initial=0.0))
+            peaks.insert(0, f"{name} {short(float(highest), 3)}".strip())
         for place, label in marks:
             y = bar.bottom() - place * length
             tick = QPainterPath(QPointF(bar.right(), y))

@@ -45,7 +45,10 @@ def test_a_rectangle_is_drawn_moved_and_resized_in_either_image(qtbot, window, b
     drag(generator, at(generator, 0.5, 0.7), at(generator, 0.6, 0.7))
     assert window.state.view != view
     # Switching off ends a drag.
+    shown = window.sensitivity.visible._curve
+    qtbot.waitUntil(lambda: shown.opacity() == 1)
     state.add_region(Outline.rectangle(0.2, 0.2, 0.6, 0.6))
+    assert shown.opacity() < 1  # it is of another region
     QTest.mousePress(generator, Qt.MouseButton.LeftButton, pos=at(generator, 0.4, 0.2))
     QTest.mouseMove(generator, at(generator, 0.45, 0.3))
     assert state.dragging

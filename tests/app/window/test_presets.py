@@ -3,6 +3,7 @@ from unittest.mock import Mock
 
 import numpy as np
 import pytest
+from PySide6.QtCore import QPoint
 from PySide6.QtWidgets import QInputDialog, QMessageBox
 from ramp import make_tf
 from rested_window import notice_buttons
@@ -45,6 +46,12 @@ def test_each_preset_shows_the_volume_and_can_be_taken(qtbot, window, builders):
     menu.take(entries.item(2))
     assert state.transfer_function.opacity == request.more[1].opacity_tf
     assert state.edits.stack.undoText() == f"preset {entries.item(2).text()}"
+    # The present TF's is marked, if there is one.
+    for tf, row in ((state.transfer_function, 2), (make_tf(150.0), -1)):
+        state.tf_input.set(tf)
+        menu.popup(QPoint())
+        assert entries.currentRow() == row
+        menu.hide()
 
 
 def test_the_users_own_presets_are_kept_replaced_and_removed(make_window, tmp_path, monkeypatch):
