@@ -88,11 +88,10 @@ class FigureDialog(QDialog):
         self._follow()
 
     def choice(self) -> FigureChoice:
-        """Return the choice; a movie's sides are rounded to even numbers, as they must be."""
+        """Return the choice."""
         width, height = self.width_box.value(), self.height_box.value()
         background, is_movie = self.background_box.currentData(), self.movie_box.isChecked()
         if is_movie:
-            width, height = width // 2 * 2, height // 2 * 2
             background = background or BLACK
         marks = self.legend_box.isChecked(), self.scale_box.isChecked()
         samples = self.samples_box.currentData() if self.samples_box else 0
@@ -172,10 +171,11 @@ class FigureDialog(QDialog):
 
     def _connect(self) -> None:
         self.which_box.currentIndexChanged.connect(self._set_present)
+        self.movie_box.toggled.connect(self._set_present)
         self.size_box.activated.connect(self._take_preset)
         for side in (self.width_box, self.height_box):
             side.valueChanged.connect(partial(self._take_side, side))
-        switches = self.movie_box, self.keep, self.legend_box, self.scale_box
+        switches = self.keep, self.legend_box, self.scale_box
         for changed in (*(s.toggled for s in switches), self.background_box.currentIndexChanged):
             changed.connect(self._follow)
         for box in (self.seconds_box, self.rate_box):
@@ -201,8 +201,7 @@ class FigureDialog(QDialog):
         largest = LARGEST_MOVIE if is_movie else LARGEST_SIZE
         for box in (self.width_box, self.height_box):
             box.set_limits(LEAST_SIZE, largest)
-        if self.keep.isChecked():
-            self._take_side(self.width_box, 0)
+        self._take_side(self.width_box, 0)
         # The difference has its own colours and no background.
         for widget in (self.legend_box, self.background_box):
             self._form.setRowVisible(widget, which != "difference")
@@ -276,9 +275,12 @@ class FigureDialog(QDialog):
 
     def _within(self, width: int, height: int) -> Size:
         """Scale a size down until both sides are allowed, and enlarge sides that are too short."""
-        largest = LARGEST_MOVIE if self.movie_box.isChecked() else LARGEST_SIZE
+        # A movie's sides are even numbers.
+        largest, step = (LARGEST_MOVIE, 2) if self.movie_box.isChecked() else (LARGEST_SIZE, 1)
         scale = min(largest / max(width, height), 1.0)
-        return max(round(width * scale), LEAST_SIZE), max(round(height * scale), LEAST_SIZE)
+        sides = (round(side * scale) // step * step for side in (width, height))
+        width, height = (max(side, LEAST_SIZE) for side in sides)
+        return width, height
 
 
 class BackgroundBox(QComboBox):

@@ -374,6 +374,11 @@ def test_a_movie_has_even_sides_that_players_show_and_a_background(qtbot):
     assert dialog.seconds_box.isHidden() and dialog.movie_box.x() == left
     dialog.width_box.setValue(8192)
     assert dialog.choice() == FigureChoice(8192, 4096, None, samples=4, rate=10)
+    # The dialog says them, too.
+    dialog.width_box.setValue(515)
+    assert (dialog.width_box.value(), dialog.height_box.value()) == (515, 258)
+    dialog.movie_box.setChecked(True)
+    assert (dialog.width_box.value(), dialog.height_box.value()) == (514, 256)
 
 
 SCALE = Scale((0.577, 0.577, 0.577), 50.0, "mm", (0.0, 0.0, 0.0), (1.0, 1.0, 1.0))
