@@ -176,9 +176,9 @@ class ImageError(QObject):
             return None
         if (inputs, others) != (state.inputs_of(self.pane.name), state.inputs_of("A")):
             return None
-        alike = self._workspace.model.lighting == self._workspace.reference.settings.lighting
         is_unknown = not inputs.part.is_whole or inputs.mask or inputs.view.is_orthographic
-        if not is_b and (not alike or is_unknown or any(each.isHidden() for each in pair)):
+        is_apart = not self._is_lit_alike or any(each.isHidden() for each in pair)
+        if not is_b and (is_unknown or is_apart):
             return None
         (height, width, _), (rows, columns, _) = drawn.shape, truth.shape
         is_coarse = any(pane.canvas.progress is not None for pane in pair)
@@ -188,6 +188,10 @@ class ImageError(QObject):
         found = Comparison(drawn, truth, is_b)
         # The old one keeps what was computed.
         return self._compared if found.is_of(self._compared) else found
+
+    @property
+    def _is_lit_alike(self) -> bool:
+        return self._workspace.model.lighting == self._workspace.reference.settings.lighting
 
     def _take(self, pane: EnginePane, inputs: SceneInputs, image: Image) -> None:
         self._shown[pane] = inputs, image[..., :3], self._settings_of(pane)
@@ -226,8 +230,11 @@ class ImageError(QObject):
         """Show or hide the difference over the compared image."""
         self.is_wanted = wanted
         self.compare()
-        if wanted and self._difference is None and self.pane is self._pane_b:
-            self._context.status.say("The difference follows when both images are complete.")
+        if wanted and self._difference is None:
+            if self.pane is self._pane_b:
+                self._context.status.say("The difference follows when both images are complete.")
+            elif not self._is_lit_alike:
+                self._context.status.say("The model has another light; choose it to compare both.")
 
     def _paint(self, pane: EnginePane, painter: QPainter, rect: QRect) -> None:
         canvas, compared, wiped = pane.canvas, self._compared, self._reference.canvas.wiped

@@ -113,6 +113,9 @@ def test_the_error_is_that_of_the_square_of_the_same_inputs_and_shows_where_it_i
     window.generator.imageShown.emit(window.state.inputs, drawn)
     window.reference.imageShown.emit(inputs, truth)
     assert window.generator.note == ""
+    window.workspace.reference.choose(lighting="soft")
+    window.image_error.set_wanted(True)
+    assert "another light" in window.status.news
 
 
 def click(canvas, x, y, *more):
