@@ -132,6 +132,7 @@ TIP_B = (
     f"{SENTENCES['RMSE']} Difference (D) shows where."
 )
 SHOWN = 0.0005  # least difference that is not 0 in the shown digits
+FOLLOWS = "The difference follows when both images are complete …"
 UNUSUAL = "It is far above the model's errors in tests, which had no such TF or view."
 
 
@@ -205,6 +206,8 @@ class ImageError(QObject):
     def compare(self) -> None:
         """Compare the images if both are there."""
         compared = self.compared
+        if not self.is_wanted or self.pane is not self._pane_b:
+            self._end_news()
         if compared is None:
             self._clear()
             return
@@ -224,6 +227,7 @@ class ImageError(QObject):
         self.pane.set_note(said, tip, is_unusual)
         self._compared = compared
         self._difference = to_qimage(compared.colored) if self.is_wanted else None
+        self._end_news()
         self._context.update_images()
 
     def set_wanted(self, wanted: bool) -> None:
@@ -232,9 +236,14 @@ class ImageError(QObject):
         self.compare()
         if wanted and self._difference is None:
             if self.pane is self._pane_b:
-                self._context.status.say("The difference follows when both images are complete.")
+                self._context.status.say(FOLLOWS)
             elif not self._is_lit_alike:
                 self._context.status.say("The model has another light; choose it to compare both.")
+
+    def _end_news(self) -> None:
+        """Say no longer that the difference follows."""
+        if self._context.status.news == FOLLOWS:
+            self._context.status.say("")
 
     def _paint(self, pane: EnginePane, painter: QPainter, rect: QRect) -> None:
         canvas, compared, wiped = pane.canvas, self._compared, self._reference.canvas.wiped

@@ -276,7 +276,11 @@ def test_the_difference_is_said_and_shown_over_b(qtbot, window):
     assert window.pane_b.note == "same as A"
     window.pane_b.canvas.progress = 0.5
     QTest.keyClick(window, Qt.Key.Key_D)
-    assert window.status.news.startswith("The difference follows")
+    # That is said until it is shown.
+    assert window.status.news == "The difference follows when both images are complete …"
+    window.pane_b.canvas.progress = None
+    window.image_error.compare()
+    assert window.image_error.compared is not None and not window.status.news
     set_tf(qtbot, window, OTHER)
     found = window.image_error.compared
     # Fakes have a level of red for each TF.
