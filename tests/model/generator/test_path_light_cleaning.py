@@ -26,17 +26,12 @@ needs_denoiser = pytest.mark.skipif(not denoising.available(), reason="no denois
 SMALL = PathLightSize(8)
 
 
-@pytest.fixture
-def file(tmp_path):
-    torch.manual_seed(1)
-    network = PathLightNetwork(SMALL)
-    torch.nn.init.normal_(network.out.weight, std=0.05)
-    save_path_light(tmp_path / "network.safetensors", PathLightCard(SMALL), network)
-    return tmp_path / "network.safetensors"
-
-
 @needs_denoiser
-def test_pictures_of_few_samples_are_finished_and_those_of_many_denoised(file):
+def test_pictures_of_few_samples_are_finished_and_those_of_many_denoised(tmp_path):
+    torch.manual_seed(1)
+    network, file = PathLightNetwork(SMALL), tmp_path / "network.safetensors"
+    torch.nn.init.normal_(network.out.weight, std=0.05)
+    save_path_light(file, PathLightCard(SMALL), network)
     volume, raster = make_volume(), Raster(41, 30)
     inputs = SceneInputs.of(View(), make_tf(120.0))
     tracer = PathTracer(volume, threads=1)

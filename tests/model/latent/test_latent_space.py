@@ -188,13 +188,8 @@ def test_a_codec_without_different_codes_is_refused(tfs, value, message, monkeyp
         sample_codes(ToyCodec(), tfs, 50)
 
 
-@pytest.fixture
-def folder(tmp_path):
-    """A copy of the shipped one."""
-    return Path(shutil.copytree(SHIPPED_CODEC, tmp_path / "codec"))
-
-
-def test_damaged_folders_are_refused(folder):
+def test_damaged_folders_are_refused(tmp_path):
+    folder = Path(shutil.copytree(SHIPPED_CODEC, tmp_path / "codec"))
     weights, described = folder / WEIGHTS_FILE, folder / CODEC_FILE
     content, text = weights.read_bytes(), described.read_text()
     weights.write_bytes(content[:-3])

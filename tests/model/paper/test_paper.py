@@ -31,17 +31,12 @@ from model.sensitivity.what_if import compare
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory):
+def subject(tmp_path_factory):
     """An untrained model of the paper's networks."""
-    folder = tmp_path_factory.mktemp("paper") / "model"
-    scene = Scene.of(blobs(), 64, tf_family="paper")
+    folder, volume = tmp_path_factory.mktemp("paper") / "model", blobs()
+    scene = Scene.of(volume, 64, tf_family="paper")
     save_model(folder, ModelCard(scene, "draft", SIZE), lively_network())
-    return folder
-
-
-@pytest.fixture(scope="module")
-def subject(folder):
-    generator, volume = Generator.load(folder, "cpu"), blobs()
+    generator = Generator.load(folder, "cpu")
     renderer = RaycastRenderer(volume, "none", None, generator.scene.sample_distance)
     subject = Subject(folder, generator, volume, LatentSpace.of_model(folder), renderer)
     yield subject
@@ -126,14 +121,10 @@ def test_responses_of_a_region_are_those_of_small_edits(subject, inputs):
     assert step.responses[index] == pytest.approx(slope, rel=0.1, abs=1e-5)
 
 
-@pytest.fixture(scope="module")
-def map_(subject):
+def test_two_scales_of_one_map(subject, inputs):
     known = draw_opacity_tfs(subject.generator.scene, 0, 0, 300)
     samples = sample_codes(subject.space.codec, known, 200, 0)
-    return LatentMap(samples, principal_places(samples.codes), is_final=True)
-
-
-def test_two_scales_of_one_map(subject, map_, inputs):
+    map_ = LatentMap(samples, principal_places(samples.codes), is_final=True)
     whole = overview(subject, map_, inputs)
     finer = detail(subject, map_, whole)
     extent = np.ptp(map_.places, axis=0)

@@ -183,23 +183,16 @@ def noise(dtype):
     return Volume(voxels.astype(dtype))
 
 
-def inputs_over(scalar_range, view=VIEW, opacity=0.3):
-    """A TF whose colour tells the value, and that shows all values, the ends' the most."""
-    lo, hi = scalar_range
-    middle = (lo + hi) / 2
-    points = ((lo, opacity), (middle, opacity / 4), (hi, opacity / 2))
-    return SceneInputs(
-        view,
-        OpacityTF(scalar_range, points=points),
-        ColorTF(scalar_range, ((lo, 0.0, 0.2, 1.0), (middle, 0.2, 1.0, 0.3), (hi, 1.0, 0.1, 0.0))),
-    )
-
-
 @pytest.mark.parametrize("chosen", RANGES)
 @pytest.mark.parametrize(("make", "dtype"), [(rising, "float32"), (noise, "uint8")])
 def test_what_lies_between_voxels_is_what_it_is_over_any_range(dtype, chosen, make):
     volume = make(dtype).over(chosen)
-    inputs = inputs_over(chosen)
+    lo, hi = chosen
+    middle = (lo + hi) / 2
+    # The colour tells the value, and all values show, the ends' the most.
+    opacity = OpacityTF(chosen, points=((lo, 0.3), (middle, 0.075), (hi, 0.15)))
+    stops = ((lo, 0.0, 0.2, 1.0), (middle, 0.2, 1.0, 0.3), (hi, 1.0, 0.1, 0.0))
+    inputs = SceneInputs(VIEW, opacity, ColorTF(chosen, stops))
     # VTK leaves out the last step of each ray, so it is to be a short one.
     expected = picture(volume, inputs, PIXELS, 0.13)
     assert expected[..., 3].max() > 0.3

@@ -2,6 +2,7 @@
 
 import itertools
 from dataclasses import replace
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -23,13 +24,6 @@ from model.volume_files import read_volume
 from model.volume_files.shipped import shipped_volumes
 
 STEP = 1 / 255
-
-
-@pytest.fixture(scope="module")
-def renderer(volume):
-    renderer = VtkRenderer(volume)
-    yield renderer
-    renderer.close()
 
 
 @pytest.mark.parametrize("opacity", [2e-5, 9e-5, 1.1e-4])
@@ -61,13 +55,14 @@ def test_volumes_far_from_the_origin_look_as_near_it(volume):
     np.testing.assert_array_equal(there, near)
 
 
-@pytest.mark.parametrize("raster", [Raster(1, 16383), Raster(2, 3000), Raster(3000, 2)])
-def test_a_long_picture_shows_in_its_middle_what_a_square_one_does(renderer, raster):
-    inputs = SceneInputs(VIEW, constant(0.3), RAINBOW)
-    middle = middle_square(renderer.render(inputs, raster))
-    square = renderer.render(inputs, raster.shorter)
-    assert square[..., 3].max() > 0.9
-    np.testing.assert_allclose(middle, square, atol=2.5 * STEP)
+def test_a_long_picture_shows_in_its_middle_what_a_square_one_does(volume):
+    renderer, inputs = VtkRenderer(volume), SceneInputs(VIEW, constant(0.3), RAINBOW)
+    for raster in (Raster(1, 16383), Raster(2, 3000), Raster(3000, 2)):
+        middle = middle_square(renderer.render(inputs, raster))
+        square = renderer.render(inputs, raster.shorter)
+        assert square[..., 3].max() > 0.9
+        np.testing.assert_allclose(middle, square, atol=2.5 * STEP)
+    renderer.close()
 
 
 FULL = (0.0, 255.0)
@@ -203,31 +198,15 @@ def test_programs_that_draw_by_the_processor_are_told_from_cards(monkeypatch):
         assert opengl.opengl_name() == name and window.opened == 1
 
 
-def test_where_there_is_no_opengl_it_has_no_name(monkeypatch):
-    def no_opengl():
-        raise CannotDrawError("VTK finds no OpenGL to draw with; install it.")
-
+def test_this_machines_opengl_has_a_name_and_where_there_is_none_it_has_none(monkeypatch):
+    assert opengl.opengl_name()
+    no_opengl = Mock(side_effect=CannotDrawError("VTK finds no OpenGL to draw with; install it."))
     monkeypatch.setattr(opengl, "offscreen_window", no_opengl)
+    opengl.opengl_name.cache_clear()
     assert opengl.opengl_name() == ""
 
 
-def test_this_machines_opengl_has_a_name():
-    assert opengl.opengl_name()
-
-
 LARGE = 128
-
-
-@pytest.fixture(scope="module", params=shipped_volumes(), ids=lambda path: path.name[:12])
-def shipped(request):
-    path = request.param
-    return read_volume(path)
-
-
-@pytest.fixture(scope="module")
-def samples(shipped):
-    scene = Scene.of(shipped, LARGE)
-    return [draw_sample(scene, 11, "train", index) for index in range(3)]
 
 
 def errors(volume, samples, **options):
@@ -243,7 +222,11 @@ def errors(volume, samples, **options):
     return np.array(found)
 
 
-def test_images_agree(shipped, samples):
+@pytest.mark.parametrize("path", shipped_volumes(), ids=lambda path: path.name[:12])
+def test_images_agree(path):
+    shipped = read_volume(path)
+    scene = Scene.of(shipped, LARGE)
+    samples = [draw_sample(scene, 11, "train", index) for index in range(3)]
     assert errors(shipped, samples).max() <= 0.005
     if shipped.name.startswith(("lidc", "reacting")):
         light = LightDirection(-45.0, 45.0)

@@ -53,13 +53,6 @@ def scheduler(cluster):
 
 
 @pytest.fixture
-def empty_scheduler():
-    """A scheduler without workers."""
-    with started(0) as cluster:
-        yield cluster.scheduler_address
-
-
-@pytest.fixture
 def new(scene, tmp_path):
     """An empty store of what the fixture ``store`` holds, which one process has rendered."""
     return SampleStore.create(tmp_path / "new.zarr", scene, 7, {"train": 160, "holdout": 32})
@@ -162,6 +155,7 @@ def test_blocks_that_kill_their_workers_end_the_run(new, volume, monkeypatch):
             render_store_on_cluster(new, volume, cluster.scheduler_address)
 
 
-def test_the_lack_of_workers_is_said(new, volume, empty_scheduler):
-    with pytest.raises(DatasetError, match=r"No Dask worker was there for 0\.1 seconds"):
-        render_store_on_cluster(new, volume, empty_scheduler, patience=0.1)
+def test_the_lack_of_workers_is_said(new, volume):
+    said = r"No Dask worker was there for 0\.1 seconds"
+    with started(0) as cluster, pytest.raises(DatasetError, match=said):
+        render_store_on_cluster(new, volume, cluster.scheduler_address, patience=0.1)

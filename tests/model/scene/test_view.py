@@ -280,19 +280,14 @@ VIEWS = [
 EIGHT = np.array(list(itertools.product((0.0, 1.0), repeat=3)))
 
 
-def place_by_ray(camera, voxel):
-    """Place of the ray that meets a voxel."""
-    eye, forward, right, up = camera[:12].reshape(4, 3)
-    depth, x, y = np.linalg.solve(np.stack([forward, right, up], axis=1), voxel - eye)
-    # A ray's direction is that of its place in the image, moved by the camera's offsets.
-    return np.array([x, y]) / depth - camera[[14, 16]]
-
-
 @pytest.mark.parametrize("view", VIEWS)
 def test_points_are_where_the_ray_casters_rays_meet_them(view):
     camera = camera_array(view, OBLONG)
     last = np.array(OBLONG.dimensions) - 1
-    expected = [place_by_ray(camera, corner * last) for corner in EIGHT]
+    eye, *axes = camera[:12].reshape(4, 3)
+    depths, *places = np.linalg.solve(np.stack(axes, axis=1), (EIGHT * last - eye).T)
+    # A ray's direction is that of its place in the image, moved by the camera's offsets.
+    expected = (places / depths).T - camera[[14, 16]]
     projection = Projection(view, OBLONG.proportions)
     np.testing.assert_allclose(projection.places(EIGHT), expected, atol=1e-9)
     np.testing.assert_allclose(projection.eye * last, camera[:3], atol=1e-9)

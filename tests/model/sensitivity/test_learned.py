@@ -138,23 +138,6 @@ def test_regions_outside_are_refused(sensitivity):
 SMALL = NetworkSize(0.125, 16, 32)
 
 
-def own(volume, change):
-    """In the place of the generator's sensitivity, the renderer's, changed somehow."""
-
-    class Own:
-        def __init__(self, _generator, inputs, edit_width):
-            assert edit_width == 0
-            self.arguments = (RaycastRenderer(volume), inputs, 32)
-
-        def region(self, region):
-            return change(region_sensitivity(*self.arguments, region))
-
-        def field(self, block):
-            return change(sensitivity_field(*self.arguments, block))
-
-    return Own
-
-
 def test_correlations_are_those_of_scipy():
     rng = np.random.default_rng(0)
     a, b = rng.normal(size=50), rng.integers(0, 9, 50).astype(float)
@@ -168,11 +151,21 @@ def test_correlations_are_those_of_scipy():
 def test_the_renderers_own_sensitivity_agrees_with_itself(
     volume, scene, monkeypatch, factor, expected
 ):
-    scene = replace(scene, image_size=32)
+    class Own:
+        """In the place of the generator's sensitivity, the renderer's times a factor."""
 
-    monkeypatch.setattr(
-        "model.sensitivity.agreement.Sensitivity", own(volume, lambda s: factor * s)
-    )
+        def __init__(self, _generator, inputs, edit_width):
+            assert edit_width == 0
+            self.arguments = (RaycastRenderer(volume), inputs, 32)
+
+        def region(self, region):
+            return factor * region_sensitivity(*self.arguments, region)
+
+        def field(self, block):
+            return factor * sensitivity_field(*self.arguments, block)
+
+    monkeypatch.setattr("model.sensitivity.agreement.Sensitivity", Own)
+    scene = replace(scene, image_size=32)
     samples = [draw_sample(scene, 0, "holdout", i) for i in range(3)]
     card = ModelCard(scene, "draft", SMALL, {}, {}, {})
     generator = Generator(card, TwoStageGenerator(SMALL), torch.device("cpu"))

@@ -113,12 +113,8 @@ def test_what_is_not_finite_is_named(loss, gradient, words):
 CPU = torch.device("cpu")
 
 
-@pytest.fixture
-def generator():
-    return lively_network().eval()
-
-
-def test_layers_put_out_mean_0_and_variance_1(generator, store, monkeypatch):
+def test_layers_put_out_mean_0_and_variance_1(store, monkeypatch):
+    generator = lively_network().eval()
     # In one batch: of several, each would be drawn with its own mean.
     monkeypatch.setattr("model.training.monitor.NORM_BATCH", monitor.NORM_SAMPLES)
     before = copy.deepcopy(generator.state_dict())

@@ -2,7 +2,6 @@ import multiprocessing
 import threading
 from contextlib import closing
 from dataclasses import replace
-from functools import cache
 from itertools import islice
 from unittest import mock
 
@@ -38,23 +37,15 @@ def assert_same(one, other):
         np.testing.assert_array_equal(values, other.arrays[name])
 
 
-@cache
-def numbers_of_azimuths(scene, first, count):
-    """The number in the split of each sample: no two azimuths are the same."""
-    indices = range(first, first + count)
-    return {draw_sample(scene, 5, "train", i).view.azimuth: i for i in indices}
-
-
-def numbers(batch, scene, first=0, count=4096):
-    known = numbers_of_azimuths(scene, first, count)
-    return [known[azimuth] for azimuth in batch.inputs["view"][:, 0].tolist()]
-
-
 @pytest.mark.parametrize("stage", [0, 1])
 def test_a_streams_samples_are_those_of_the_scene(volume, raycast, stage):
     batch = next(stream(volume, raycast, threads=2).batches(stage, 16, 3, 0))
     renderer = make_renderer(volume, raycast)
-    for i, number in enumerate(numbers(batch, raycast, stage * STAGE_SAMPLES, FIRST_SAMPLES)):
+    # No two azimuths are the same.
+    indices = range(stage * STAGE_SAMPLES, stage * STAGE_SAMPLES + FIRST_SAMPLES)
+    numbers = {draw_sample(raycast, 5, "train", i).view.azimuth: i for i in indices}
+    for i, azimuth in enumerate(batch.inputs["view"][:, 0].tolist()):
+        number = numbers[azimuth]
         expected = render_samples(renderer, raycast, 5, "train", range(number, number + 1))
         for name, values in expected.arrays.items():
             np.testing.assert_array_equal(batch.arrays[name][i], values[0])

@@ -99,16 +99,10 @@ def test_the_image_has_the_whole_gradient_to_the_opacity_tf():
         assert gradient[0, index].item() == pytest.approx(expected.item(), rel=1e-4, abs=1e-9)
 
 
-SIZE = NetworkSize(0.125, 32, 64, color_attention=True)
-
-
-@pytest.fixture
-def attention():
+def test_pixels_show_mixtures_of_the_colours_that_are_there():
     torch.manual_seed(0)
-    return paper.ColorAttention(SIZE, 8).double()
-
-
-def test_pixels_show_mixtures_of_the_colours_that_are_there(attention):
+    size = NetworkSize(0.125, 32, 64, color_attention=True)
+    attention = paper.ColorAttention(size, 8).double()
     x, latent = torch.randn(2, 8, 5, 4).double(), torch.randn(2, 8).double()
     one_color = torch.tensor([0.3, -0.2, 0.9], dtype=torch.float64)
     same = paper.color_table(one_color[None, :, None].expand(2, 3, 256))

@@ -6,7 +6,7 @@ from itertools import product
 
 import numpy as np
 import pytest
-from drawing import RANGE, VIEW, constant, image_of, slab
+from drawing import RANGE, constant, image_of, slab
 
 from model.rendering.raycast import illumination
 from model.rendering.raycast.illumination import AMBIENT, DIFFUSE, DISTANT, Illumination, SoftLight
@@ -38,20 +38,15 @@ def towards(light, view):
 # Gradient shading
 
 
-def ramp_and_normal():
-    """A linear ramp, neither cubic nor isotropic, and its normal."""
-    normal = np.array([1.0, 0.5, -0.7]) / np.linalg.norm([1.0, 0.5, -0.7])
-    spacing = (1.5, 0.8, 1.1)
-    z, y, x = np.mgrid[0:11, 0:33, 0:25].astype(np.float64)
-    values = normal[0] * spacing[0] * x + normal[1] * spacing[1] * y + normal[2] * spacing[2] * z
-    values = 255 * (values - values.min()) / np.ptp(values)
-    return Volume(values.astype(np.float32), spacing), normal
-
-
 # VTK shows 8 bits, and Mesa interpolates with weights of 8 bits, which tilts the normals a little.
 @pytest.mark.parametrize(("kind", "error"), [(RaycastRenderer, 1e-3), (VtkRenderer, 5 / 255)])
 def test_a_plane_reflects_by_the_cosine_of_the_lights_angle(kind, error):
-    volume, normal = ramp_and_normal()
+    # A linear ramp, neither cubic nor isotropic, and its normal.
+    normal = np.array([1.0, 0.5, -0.7]) / np.linalg.norm([1.0, 0.5, -0.7])
+    spacing = (1.5, 0.8, 1.1)
+    values = np.einsum("i,i...", normal * spacing, np.mgrid[0:11, 0:33, 0:25][::-1])
+    values = 255 * (values - values.min()) / np.ptp(values)
+    volume = Volume(values.astype(np.float32), spacing)
     # The plane through the volume's middle is the first that is seen, and opaque.
     opacity_tf = OpacityTF(RANGE, points=((126.0, 0.0), (127.0, 1.0)))
     # From where the values are low: that side of the plane is transparent.
@@ -77,30 +72,22 @@ def executor():
         yield executor
 
 
-@pytest.fixture
-def cast(executor, monkeypatch):
-    """Light on the voxels of a small volume of bytes, of given parts, in [z, y, x]."""
-
-    def light(volume, opacity_tf, view=VIEW, light=HEADLIGHT, ambient=0.0, distant=1.0):
-        monkeypatch.setattr(illumination, "AMBIENT", ambient)
-        monkeypatch.setattr(illumination, "DISTANT", distant)
-        soft = SoftLight(-towards(light, view), opacity_tf.sample(volume.scalar_range))
-        grid = Illumination(volume.scalars, BYTES, volume, executor).grid(soft)
-        assert grid.shape == volume.dimensions
-        np.testing.assert_array_equal(grid.scale, 1)
-        return grid.grid.reshape(volume.scalars.shape)
-
-    return light
-
-
 @pytest.mark.parametrize(
     ("azimuth", "elevation", "blur"),
     [(45, 0, 1e-4), (-45, 35, 2e-3), (30, 0, 0.08), (75, 35, 0.15)],
 )
 @pytest.mark.parametrize("opacity", [0.03, 0.2])
-def test_light_fades_by_its_way_through_the_volume(azimuth, elevation, blur, opacity, cast):
-    light = LightDirection(azimuth, elevation)
-    received = cast(slab((33, 33, 33)), constant(opacity), View(), light)
+def test_light_fades_by_its_way_through_the_volume(
+    azimuth, elevation, blur, opacity, executor, monkeypatch
+):
+    monkeypatch.setattr(illumination, "AMBIENT", 0.0)
+    monkeypatch.setattr(illumination, "DISTANT", 1.0)
+    light, volume = LightDirection(azimuth, elevation), slab((33, 33, 33))
+    soft = SoftLight(-towards(light, View()), constant(opacity).sample(volume.scalar_range))
+    grid = Illumination(volume.scalars, BYTES, volume, executor).grid(soft)
+    assert grid.shape == volume.dimensions
+    np.testing.assert_array_equal(grid.scale, 1)
+    received = grid.grid.reshape(volume.scalars.shape)
     z, y, x = np.mgrid[0:33, 0:33, 0:33].astype(np.float64)
     # Back to where the light enters: half a voxel outside of the first and last ones.
     way = np.full(x.shape, np.inf)
