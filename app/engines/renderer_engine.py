@@ -136,7 +136,7 @@ class RendererEngine(Engine):
         renderer, is_live = self._ray_caster(), request.quality.live
         edit = edit_over(request.values, renderer.scalar_range, request.width)
         usual = renderer.sample_distance
-        renderer.sample_distance = usual if is_live else FIELD_DISTANCE
+        renderer.sample_distance = usual if is_live else min(usual, FIELD_DISTANCE)
         try:
             with renderer.asking(watch.go_on, is_live):
                 return renderer.change(request.inputs, request.quality.pixels, edit)
@@ -162,7 +162,7 @@ class RendererEngine(Engine):
         renderer = self._ray_caster()
         edit = edit_over(request.values, renderer.scalar_range, request.width)
         weights, pixels = edit / edit.max(), request.quality.pixels
-        apart = None if request.quality.live else CLOSE
+        apart = None if request.quality.live else min(renderer.sample_distance, CLOSE)
         with renderer.asking(watch.go_on):
             return renderer.value_visibility(request.inputs, pixels, weights, apart)
 

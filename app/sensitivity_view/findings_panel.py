@@ -276,7 +276,7 @@ class FindingsPanel(QFrame):
             # Otherwise Qt would move the focus to the volume's name in the bar.
             self.window().setFocus()
         if self.isHidden() == self.is_open:
-            self._keep_room(self._plot.underMouse())
+            self.keep_room(self._plot.underMouse())
             self.setVisible(self.is_open)
             self.raise_()
             self.fitted.emit()
@@ -298,10 +298,10 @@ class FindingsPanel(QFrame):
     def eventFilter(self, _plot: QObject, event: QEvent) -> bool:
         """Share the room with the plot again once the mouse has left that."""
         if event.type() == QEvent.Type.Leave:
-            self._keep_room(False)
+            self.keep_room(False)
         return False
 
-    def _keep_room(self, keeps: bool) -> None:
+    def keep_room(self, keeps: bool) -> None:
         """Set whether the plot keeps its width while the panel opens, over it, or closes."""
         editor = self.parentWidget()
         row = None if editor is None else editor.layout()

@@ -41,7 +41,7 @@ from app.window.figure_dialog import PREVIEW, FigureDialog, duration
 from app.window.overlays import ImageError, Overlays
 from model.errors import RenderError
 from model.rendering.movie_file import SUFFIXES, write_movie
-from model.rendering.raster import Raster
+from model.rendering.raster import Raster, middle_square
 from model.rendering.scale_bar import DEPTH_TEXT
 from model.scene.inputs import SceneInputs
 from model.scene.orientation import turntable
@@ -272,8 +272,10 @@ class FigureSaving(QObject):
         """Take those images of the screen that need not be drawn again."""
         for name in job.names:
             pane = self._panes[name]
-            if pane.whole is not None:
-                job.images[name] = pane.whole, self._brightness(name)
+            if (image := pane.whole) is not None:
+                # Next to the generator's square, only what that shows, too.
+                image = middle_square(image) if job.choice.which == "both" else image
+                job.images[name] = image, self._brightness(name)
                 job.lights[name] = _light_text(pane.light, pane.samples)
 
     def _ask(self, channels: Channels[str], job: _Job, samples: int, enlarged: int = 1) -> None:

@@ -82,7 +82,8 @@ def ray_places(
     for first, last in zip([0, *starts], [*starts, len(weights)], strict=True):
         part = weights[first:last]
         if part.sum() >= FAINTEST * whole:
-            x, y, z = points[first + int(np.argmax(part))].tolist()
+            # Rounding may take them out of the volume.
+            x, y, z = points[first + int(np.argmax(part))].clip(0, 1).tolist()
             found.append(((x, y, z), float(part.sum())))
     return found
 

@@ -429,9 +429,10 @@ def test_small_pictures_are_traced_where_that_is_wanted_and_there_is_time(monkey
 
 def test_under_path_traced_light_pictures_and_fields_are_soft_and_curves_unlit():
     volume, light = byte_volume(), LightDirection()
-    engine = PathAnalyst(volume, light, 0.5)
+    engine, fine = PathAnalyst(volume, light, 0.5), PathAnalyst(volume, light, 0.1)
     # Fields at rest have closer samples.
     soft, unlit = RaycastRenderer(volume, "soft", light, 0.25), RaycastRenderer(volume)
+    finer = RaycastRenderer(volume, "soft", light, 0.1)
     inputs = replace(make_request(1).inputs, light=light)
     region = RegionSensitivityRequest(inputs, Quality(24), Outline(), 8.0)
     found = engine.region_sensitivity(region)
@@ -439,10 +440,10 @@ def test_under_path_traced_light_pictures_and_fields_are_soft_and_curves_unlit()
     np.testing.assert_allclose(found, right, rtol=1e-4, atol=1e-6)
     field = ValueSensitivityRequest(inputs, Quality(24), (150.0, 150.0), 8.0)
     edit = edit_around(150.0, soft.scalar_range, 8.0)
-    np.testing.assert_allclose(
-        engine.value_sensitivity(field), soft.change(inputs, 24, edit), rtol=1e-4, atol=1e-6
-    )
-    for each in (engine, soft, unlit):
+    for analyst, own in ((engine, soft), (fine, finer)):
+        changes = own.change(inputs, 24, edit)
+        np.testing.assert_allclose(analyst.value_sensitivity(field), changes, rtol=1e-4, atol=1e-6)
+    for each in (engine, fine, soft, finer, unlit):
         each.close()
 
 

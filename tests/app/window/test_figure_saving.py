@@ -14,6 +14,7 @@ from rested_window import saved_figure
 from window_fakes import PATIENCE_S, FakeEngine
 
 from app.engines.requests import SupersededError
+from app.image_view.engine_pane import EnginePane
 from app.window.figure import Comparison, FigureChoice, Subject, figure, pixels_of
 from app.window.figure_dialog import FigureDialog
 from model.errors import RenderError
@@ -182,6 +183,16 @@ def test_figures_of_both_images_begin_as_the_screen_and_wait_for_both(
             assert len(set(colors[1])) == 1 and colors[1] != black
         else:
             assert colors == [white, black if which == "both" else white, white]
+    # A copy has the middle square of a wide image, which is what the generator's shows.
+    wide = np.zeros((20, 60, 4), np.float32)
+    wide[..., 3] = wide[:, 20:40] = 1
+    monkeypatch.setattr(EnginePane, "whole", wide)
+    window.panes.shown = "both"
+    action(window, "Copy image").trigger()
+    qtbot.waitUntil(lambda: window.status.news == "Copied.")
+    copied = QGuiApplication.clipboard().image()
+    places = [(x, y) for x in (2, copied.width() - 3) for y in (2, copied.height() - 3)]
+    assert {copied.pixelColor(*place).name() for place in places} == {"#ffffff"}
 
 
 TURN = FigureChoice(64, 48, seconds=0.5, rate=8)

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from drawing import RAINBOW
+from ramp import make_volume
 
 from model.rendering.ray_places import VISIBLE, places_along, ray_places, values_at
 from model.rendering.raycast.renderer import RaycastRenderer
@@ -97,3 +98,8 @@ def test_shells_show_from_the_eye_on_with_what_those_in_front_leave():
     wanted = shares[0] * through ** np.arange(4)
     assert shares == pytest.approx(wanted, abs=0.05)
     assert ray_places(volume, inputs, (0.95, 0.95)) == []
+    # Where a ray enters, rounding does not leave the volume: sessions would refuse the place.
+    opaque = OpacityTF((100.0, 200.0), points=((100.0, 1.0), (200.0, 1.0)))
+    inputs = SceneInputs(View(318.0, 46.0, 0.0, 2.1), opaque, RAINBOW)
+    ((place, _),) = ray_places(make_volume(), inputs, (-0.3, 0.1))
+    assert max(place) == 1
