@@ -346,6 +346,8 @@ class PlaceLabel(Card):
         self._canvas, self._asker, self._finder = canvas, asker, finder
         self.is_here = False  # whether it was this canvas that was clicked
         self._last: tuple[float, float] | None = None  # the place that was shown
+        self._links = ""  # rows of the pieces there
+        self._at = QPoint()  # where they were placed
         self.setAttribute(Qt.WidgetAttribute.WA_NoMousePropagation)
         self.text = QLabel()
         by = Qt.TextInteractionFlag
@@ -381,15 +383,17 @@ class PlaceLabel(Card):
                 for one, percent in zip(found, percentages(found), strict=True)
             ]
         rows = "".join(ROW.format(escape(text), part, "") for text, part in lines)
-        # The link stays below values that are still to come, so that it does not move.
-        pieces = "".join(map(self._row_of, self._finder.pieces, "01")) if asker.pick else ""
-        nothing = "Nothing visible here" if asker.pick else asker.waiting
-        rows = rows or (pieces and f"<tr><td>{nothing}</td></tr>")
-        self.text.setText(f"<table>{rows}{pieces}</table>" if rows else nothing)
-        said = ", ".join(" ".join(line) for line in lines)
-        self.setAccessibleName(f"Values here: {said or nothing}")
         # Nothing moves while the same place's values and pieces come again, as after a turn.
         is_same = place == self._last and (asker.pick is None or self._finder.is_searching)
+        if not (is_same and self._links):
+            pieces = map(self._row_of, self._finder.pieces, "01")
+            self._links = "".join(pieces) if asker.pick else ""
+        nothing = "Nothing visible here" if asker.pick else asker.waiting
+        rows = rows or (self._links and f"<tr><td>{nothing}</td></tr>")
+        # Links are above the values, whose number changes, so that no click misses them.
+        self.text.setText(f"<table>{self._links}{rows}</table>" if rows else nothing)
+        said = ", ".join(" ".join(line) for line in lines)
+        self.setAccessibleName(f"Values here: {said or nothing}")
         self.text.setMinimumSize(self.text.size() if is_same else QSize(0, 0))
         across = Qt.AlignmentFlag.AlignTop if is_same else Qt.AlignmentFlag.AlignVCenter
         self.text.setAlignment(across | Qt.AlignmentFlag.AlignLeft)
@@ -433,7 +437,10 @@ class PlaceLabel(Card):
         rect, canvas = self._canvas.image_rect, self._canvas
         x = round(rect.left() + place[0] * rect.width())
         y = round(rect.top() + place[1] * rect.height())
-        size = self.size()
+        size, at = self.size(), QPoint(x, y)
+        if self._links and self._at == at:
+            return
+        self._at = at if self._links else QPoint()
         xs, ys = (x + AWAY, x - AWAY - size.width()), (y + AWAY, y - AWAY - size.height())
         corners = [
             (

@@ -180,7 +180,7 @@ class Marks:
         title = self._elided(f"Value ({units})" if units else "Value", 0.45 * rect.width())
         above = (1.2 if len(tfs) == 1 else 1.8) * text
         self._write_before(rect.right() - margin, bar.top() - above, title)
-        reach = f"largest opacity {', '.join(peaks)}"
+        reach = f"opacity up to {', '.join(peaks)}"
         self._write_before(bar.right(), bar.bottom() + 1.3 * text, reach)
 
     def _paint_colors(self, bar: QRectF, profile: QRectF, tf: TransferFunction) -> None:
@@ -455,9 +455,7 @@ class Comparison:
     @property
     def title(self) -> str:
         """Meaning of the colours."""
-        height, width = self.difference.shape
-        what = "luminance of B − A" if self.is_of_b else "difference from the ground truth"
-        return f"{what} at {width} × {height} pixels"
+        return "luminance of B − A" if self.is_of_b else "difference from the ground truth"
 
 
 def _colors(rgba: Rgba) -> Image:

@@ -172,12 +172,12 @@ class Menus:
         browsing = self._act(bar.browse, browse, "B", "Ctrl+B")
         self._saving = self._act(bar.save, window.saving.ask, "Ctrl+Shift+S")
         show_crop = lambda: crop.set_shown(not crop.is_shown)  # noqa: E731
-        cropping = self._act(window.tools.crop, show_crop, "K", "Ctrl+K")
+        self._cropping = self._act(window.tools.crop, show_crop, "K", "Ctrl+K")
 
         def refresh() -> None:
             compare.setChecked(len(panes.images) > 1 or panes.wipes)
             browsing.setChecked(latent.choices.shown)
-            cropping.setChecked(crop.is_shown)
+            self._cropping.setChecked(crop.is_shown)
 
         self._refreshes.append(refresh)
 
@@ -301,6 +301,8 @@ class Menus:
             lambda: state.set_orthographic(not state.view.is_orthographic),
             "O", is_on=lambda: state.view.is_orthographic,
         )  # fmt: skip
+        self._cropping.setText("Crop bo&x")
+        menu.addAction(self._cropping)
         plane = menu.addMenu("Clipping p&lane")
         self._add(plane, "&Face the viewer", face_clip, "Shift+K")
         self._add(plane, "F&lip", state.flip_clip)
