@@ -174,10 +174,8 @@ class SourceLabel(QLabel):
         self._workspace = workspace
         self.setProperty("role", "dim")
         explain(self)
-        # By Tab, too; Enter opens the glossary.
         flags = Qt.TextInteractionFlag
         self.setTextInteractionFlags(flags.LinksAccessibleByMouse | flags.LinksAccessibleByKeyboard)
-        self.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self.refresh()
 
     @property
@@ -190,6 +188,8 @@ class SourceLabel(QLabel):
         text = source_text(self._workspace)
         if text != self.text():
             self.setText(text)
+        # By Tab, too, if it says something; Enter opens the glossary.
+        self.setFocusPolicy(Qt.FocusPolicy.TabFocus if text else Qt.FocusPolicy.NoFocus)
 
 
 class FindingsPanel(QFrame):

@@ -90,7 +90,7 @@ def test_a_piece_is_shown_alone_or_cut_away_and_each_is_one_edit(qtbot, window):
         window.state.set_view(View(azimuth, 0.0))
         assert "href" in text.partition("%")[0] and label.text.text() == text
         assert label.geometry() == before
-        qtbot.waitUntil(lambda: window.workspace.is_settled and window.workspace.pieces.pieces)
+        qtbot.waitUntil(lambda: not window.workspace.pieces.is_searching)
     label.text.linkActivated.emit("a0")
     assert is_left(shown(window))
     assert label.isVisible() and label.pos() == before.topLeft()
