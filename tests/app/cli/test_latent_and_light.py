@@ -56,23 +56,16 @@ def test_a_place_becomes_a_tf_that_is_found_there(raw_file, tmp_path, capsys):
         assert imread(tmp_path / f"{name}.png").std() > 1
 
 
-@pytest.fixture(scope="module")
-def pairs(tmp_path_factory):
-    """Pairs whose denoised pictures have nine tenths of the light."""
+def test_a_network_is_trained_and_written_with_its_errors(tmp_path):
+    # Denoised pictures have nine tenths of the light.
     rng = np.random.default_rng(0)
     exact = (rng.uniform(0.2, 0.8, (4, 3, 1, 1)) * np.ones((4, 3, 32, 32))).astype(np.float16)
     few = np.repeat(np.float16(0.9) * exact[:, None], len(FEW), 1)
     one = np.ones((4, 1, 32, 32), np.float16)
-    folder = tmp_path_factory.mktemp("pairs")
-    write_block(
-        folder / "a-0-0000.npz", Pairs(exact, exact, exact, one, few, few, exact, np.zeros(4))
-    )
-    return folder
-
-
-def test_a_network_is_trained_and_written_with_its_errors(pairs, tmp_path):
+    pairs = Pairs(exact, exact, exact, one, few, few, exact, np.zeros(4))
+    write_block(tmp_path / "a-0-0000.npz", pairs)
     out = tmp_path / "network.safetensors"
-    train = f"light train {pairs} --held-out {pairs} --out {out} --minutes 0.01 --width 4"
+    train = f"light train {tmp_path} --held-out {tmp_path} --out {out} --minutes 0.01 --width 4"
     assert run(train.split()) == 0
     card, _ = load_path_light(out)
     assert (card.size.width, card.training["pairs"]) == (4, 4)

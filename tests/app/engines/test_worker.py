@@ -53,8 +53,13 @@ def test_a_stale_result_is_dropped(qtbot):
         (5, False),
         (6, False),
     ]
-    assert [r.sequence for r in harness.engine.requests] == [5, 3, 6]
+    engine = harness.engine
+    assert [r.sequence for r in engine.requests] == [5, 3, 6]
     harness.end(qtbot)
+    # The engine lives in one thread, and results arrive in ours.
+    assert engine.closed and len(engine.threads) == 5 and len(set(engine.threads)) == 1
+    assert threading.current_thread() not in engine.threads
+    assert harness.receivers == [threading.current_thread()] * 2
 
 
 def test_engines_of_settings_are_closed_after_what_waits(qtbot):
@@ -89,36 +94,6 @@ def test_engines_of_settings_are_closed_after_what_waits(qtbot):
     assert engines[0].requests and not engines[0].closed
     act_until(qtbot, worker.finished, worker.stop)
     worker.join()
-
-
-@pytest.mark.parametrize(("error", "sentence"), [
-    (RenderError("VTK finds no OpenGL."), "VTK finds no OpenGL."),
-    (ValueError("odd shape"), "Unexpected ValueError: odd shape"),
-])  # fmt: skip
-def test_an_error_is_data_and_the_worker_goes_on(qtbot, error, sentence):
-    harness = Harness(qtbot, FakeEngine())
-    harness.engine.error = error
-    act_until(qtbot, harness.worker.resultReady, harness.worker.submit, make_request(1))
-    harness.engine.error = None
-    act_until(qtbot, harness.worker.resultReady, harness.worker.submit, make_request(2))
-    failed, good = harness.results
-    assert failed.error == sentence
-    assert failed.value is None
-    assert good.error is None
-    assert good.value[0, 0, 0] == pytest.approx(2 / 255)
-    harness.end(qtbot)
-
-
-def test_the_engine_lives_in_one_thread_and_results_arrive_in_ours(qtbot):
-    harness = Harness(qtbot, FakeEngine())
-    act_until(qtbot, harness.worker.resultReady, harness.worker.submit, make_request(1))
-    harness.end(qtbot)
-    engine = harness.engine
-    assert engine.closed
-    assert len(engine.threads) == 3
-    assert len(set(engine.threads)) == 1
-    assert engine.threads[0] is not threading.current_thread()
-    assert harness.receivers == [threading.current_thread()]
 
 
 def test_stopping_while_the_engine_is_built_closes_it(qtbot):
@@ -298,15 +273,21 @@ def test_ever_better_images_are_awaited_until_the_last(qtbot, spy):
     assert spy.states == [EngineState.LOADING, EngineState.WORKING, EngineState.SETTLED]
 
 
-def test_errors_are_a_state_with_its_sentence_until_the_next_image(qtbot, spy):
+@pytest.mark.parametrize(("error", "sentence"), [
+    (RenderError("The memory is full."), "The memory is full."),
+    (ValueError("odd shape"), "Unexpected ValueError: odd shape"),
+])  # fmt: skip
+def test_errors_are_a_state_with_its_sentence_until_the_next_image(qtbot, spy, error, sentence):
     engine = FakeEngine()
-    engine.error = RenderError("The memory is full.")
+    engine.error = error
     spy.client.start(lambda: engine, "Loading …")
     act_until(qtbot, spy.client.settled, spy.client.submit, make_request(1))
-    assert spy.client.error == "The memory is full."
+    assert spy.client.error == sentence and not spy.results
     engine.error = None
     act_until(qtbot, spy.client.settled, spy.client.submit, make_request(2))
-    assert spy.client.error is None
+    (good,) = spy.results
+    assert spy.client.error is good.error is None
+    assert good.value[0, 0, 0] == pytest.approx(2 / 255)
     assert spy.states[-3:] == [EngineState.FAILED, EngineState.WORKING, EngineState.SETTLED]
 
     def fail():

@@ -41,19 +41,15 @@ def test_a_stop_is_chosen_kept_and_drawn_with_its_figures(qtbot, make_window):
     assert float(error) == pytest.approx(1 / 255 / np.sqrt(3), abs=2e-4)
 
 
-@pytest.fixture
-def line(pane):
-    pane.resize(700, 500)
-    pane.show()
-    return FidelityLine(pane, ViewerState(pane), lambda: Raster(8, 8), lambda: False)
-
-
 def request(line, sequence):
     return replace(make_request(sequence), inputs=line._state.inputs)
 
 
-def test_it_is_there_for_what_is_not_exact_alone(qtbot, line):
-    pane, engine = line._pane, FakeEngine()
+def test_it_is_there_for_what_is_not_exact_alone(qtbot, pane):
+    pane.resize(700, 500)
+    pane.show()
+    line = FidelityLine(pane, ViewerState(pane), lambda: Raster(8, 8), lambda: False)
+    engine = FakeEngine()
     pane.client.start(lambda: engine, "Loading …")
     assert line.isHidden()
     act_until(qtbot, pane.client.settled, pane.client.submit, request(line, 1))
@@ -219,26 +215,14 @@ def test_the_light_shines_straight_onto_the_point_and_stays_in_its_range(x, y):
     assert abs(light.elevation) <= LIMITS.max_elevation
 
 
-@pytest.fixture
-def ball(qtbot):
-    """A ball over a movable light from straight ahead."""
-    state = ViewerState()
+def test_dragging_moves_the_light_live_and_then_finally(qtbot, state):
     state.light_input.set(LightDirection(0.0, 0.0))
-    ball = LightBall(state)
+    ball, middle = LightBall(state), QPoint(DIAMETER // 2, DIAMETER // 2)
     qtbot.addWidget(ball)
-    state.setParent(ball)
     ball.set_light(LightDirection(), LIMITS)
     ball.show()
-    return ball
-
-
-MIDDLE = QPoint(DIAMETER // 2, DIAMETER // 2)
-
-
-def test_dragging_moves_the_light_live_and_then_finally(qtbot, ball):
-    state = ball._state
     # From anywhere: it is the movement that counts.
-    start = MIDDLE + QPoint(5, -7)
+    start = middle + QPoint(5, -7)
     qtbot.mousePress(ball, Qt.MouseButton.LeftButton, pos=start)
     assert state.light == LightDirection(0.0, 0.0) and not state.live
     qtbot.mouseMove(ball, start + QPoint(round(REACH / 2), 0))
@@ -251,5 +235,5 @@ def test_dragging_moves_the_light_live_and_then_finally(qtbot, ball):
     qtbot.mouseDClick(ball, Qt.MouseButton.LeftButton)
     assert state.light == LightDirection()
     # A click puts the light there.
-    qtbot.mouseClick(ball, Qt.MouseButton.LeftButton, pos=MIDDLE - QPoint(0, DIAMETER // 4))
+    qtbot.mouseClick(ball, Qt.MouseButton.LeftButton, pos=middle - QPoint(0, DIAMETER // 4))
     assert (state.light.azimuth, state.light.elevation) == pytest.approx((0, 28), abs=3)

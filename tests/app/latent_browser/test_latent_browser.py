@@ -413,9 +413,13 @@ def test_bands_are_read(text, band):
     assert parsed_band(text) == band
 
 
-@pytest.fixture
-def drawing_window(qtbot, make_window, builders, places):
-    """A window whose model draws codes."""
+def newest(builders, channel):
+    return [r for r in builders.generators[-1].others if r.channel == channel][-1]
+
+
+def test_the_model_draws_codes_and_leaves_those_of_the_shipped_codec(
+    qtbot, make_window, builders, places
+):
     builders.draws_codes = True
     window = make_window()
     window.resize(1200, 800)
@@ -425,17 +429,6 @@ def drawing_window(qtbot, make_window, builders, places):
     # The first one imports torch, on machines that may be busy.
     qtbot.waitUntil(lambda: work.session.overview is not None, timeout=1000 * PATIENCE_S)
     qtbot.waitUntil(lambda: bool(work.grid and work.grid.images), timeout=1000 * PATIENCE_S)
-    return window
-
-
-def newest(builders, channel):
-    return [r for r in builders.generators[-1].others if r.channel == channel][-1]
-
-
-def test_the_model_draws_codes_and_leaves_those_of_the_shipped_codec(
-    qtbot, drawing_window, builders
-):
-    window, work = drawing_window, drawing_window.workspace.latent
     assert builders.spaces == [Path("model")]
     assert work.grid.source == "learned"
     # The mean codes in one batch.

@@ -81,16 +81,6 @@ def window(qtbot, make_window):
 
 
 @pytest.fixture
-def real_window(qtbot, builders, make_window, monkeypatch):
-    """A window that the ray caster draws, in truth, with kernels that are there."""
-    renderer = RaycastRenderer(make_volume(), "direct")
-    renderer.render(SceneInputs.of(View(), make_tf()), 8)
-    renderer.close()
-    monkeypatch.setattr(builders, "reference", REAL_BUILDERS.reference)
-    return with_a_mode(qtbot, rested(qtbot, make_window))
-
-
-@pytest.fixture
 def gate(window, builders):
     """Lets the images of the fake ray caster through, one by one."""
     gate = builders.references[-1].gate = threading.Semaphore(0)
@@ -175,8 +165,15 @@ def test_what_is_taken_back_is_not_shown_any_more(qtbot, window, gate, builders)
     assert {each.request.inputs.opacity_tf for each in shown[count:]} == {before.opacity_tf}
 
 
-def test_the_last_of_the_ray_casters_pictures_is_the_best(qtbot, real_window):
-    window = real_window
+def test_the_last_of_the_ray_casters_pictures_is_the_best(
+    qtbot, builders, make_window, monkeypatch
+):
+    # Kernels are there before a window waits for them.
+    renderer = RaycastRenderer(make_volume(), "direct")
+    renderer.render(SceneInputs.of(View(), make_tf()), 8)
+    renderer.close()
+    monkeypatch.setattr(builders, "reference", REAL_BUILDERS.reference)
+    window = with_a_mode(qtbot, rested(qtbot, make_window))
     shown = watched(window)
     drag = handle(window)
     drag.press()

@@ -23,6 +23,14 @@ from model.scene.inputs import SceneInputs
 from model.scene.view import View
 
 
+def declined(monkeypatch):
+    """Cancel each dialog; what they begin with."""
+    begun = []
+    no = QDialog.DialogCode.Rejected
+    monkeypatch.setattr(FigureDialog, "exec", lambda dialog: begun.append(dialog.choice()) or no)
+    return begun
+
+
 def test_figures_are_saved_and_copied(qtbot, window, builders, tmp_path, monkeypatch):
     for background in (None, (0, 0, 0)):
         choice, place = FigureChoice(90, 40, background), tmp_path / f"{background}.png"
@@ -62,21 +70,16 @@ def test_figures_are_saved_and_copied(qtbot, window, builders, tmp_path, monkeyp
     window.reference.canvas.show_image(None)
     window.saving.ask()
     assert "no image" in window.notice.text
-    offered = []
-
-    def no(dialog):
-        offered.append((dialog.choice().width, dialog.choice().height))
-        return QDialog.DialogCode.Rejected
-
-    monkeypatch.setattr(FigureDialog, "exec", no)
+    offered = declined(monkeypatch)
     window.reference.canvas.show_image(QImage(30, 30, QImage.Format.Format_RGB888))
     window.saving.ask()
-    assert offered == [window.reference.canvas.pixels]
+    ((width, height),) = [(choice.width, choice.height) for choice in offered]
+    assert (width, height) == window.reference.canvas.pixels
     window.status.say("")
     chosen = window.preferences.settings.figure
     action(window, "Copy image").trigger()
     qtbot.waitUntil(lambda: window.status.news == "Copied.")
-    assert QGuiApplication.clipboard().image().size().toTuple() == offered[0]
+    assert QGuiApplication.clipboard().image().size().toTuple() == (width, height)
     assert window.preferences.settings.figure == chosen
     assert "generator" not in window.saving.sizes()
     # Cancel of the dialog for files returns to this one, as it was.
@@ -149,14 +152,7 @@ def test_a_path_traced_picture_has_as_many_samples_as_were_asked_for(
 def test_figures_of_both_images_begin_as_the_screen_and_wait_for_both(
     qtbot, make_window, tmp_path, monkeypatch
 ):
-    window = make_window()
-    begun = []
-
-    def no(dialog):
-        begun.append(dialog.choice())
-        return QDialog.DialogCode.Rejected
-
-    monkeypatch.setattr(FigureDialog, "exec", no)
+    window, begun = make_window(), declined(monkeypatch)
     window.saving.ask()
     window.overlays.toggle("legend")
     window.overlays.toggle("scale_bar")
@@ -222,10 +218,6 @@ def turning(window, asked):
     return window
 
 
-def frames_of(path):
-    return np.stack([frame[..., :3] for frame in iio.imiter(path)])
-
-
 # imageio leaves its reader's pipes to the garbage collection.
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 @pytest.mark.filterwarnings("ignore::ResourceWarning")
@@ -247,7 +239,7 @@ def test_a_turntable_is_a_full_turn_of_the_size_length_and_rate_asked_for(
         views = [request.inputs.view for request in asked if request.channel == "figure"]
         assert [view.azimuth for view in views] == pytest.approx([10.0, 280.0, 190.0, 100.0])
         assert {view.elevation for view in views} == {20.0}
-        movie = frames_of(place)
+        movie = np.stack([frame[..., :3] for frame in iio.imiter(place)])
         assert movie.shape == (4, 48, 64, 3)
         reds = movie[:, 20, 30, 0].astype(float)
         assert reds == pytest.approx([255 * a / 360 for a in (10, 280, 190, 100)], abs=12)

@@ -158,21 +158,15 @@ def test_spacing_and_stretch_are_typed_and_kept_with_the_file(qtbot, make_window
             window.files.open(path)
 
 
-@pytest.fixture
-def answer(monkeypatch):
-    """What the user chooses in every file dialog; empty cancels."""
-
-    def set_answer(path):
+def test_files_are_opened_and_saved_unless_that_is_cancelled(
+    qtbot, make_window, builders, tmp_path, monkeypatch
+):
+    def answer(path):
+        """Have the user choose this in every file dialog; nothing cancels it."""
         for name in ("getOpenFileName", "getSaveFileName"):
             monkeypatch.setattr(QFileDialog, name, lambda *_: (str(path), ""))
         monkeypatch.setattr(QFileDialog, "getExistingDirectory", lambda *_: str(path))
 
-    return set_answer
-
-
-def test_files_are_opened_and_saved_unless_that_is_cancelled(
-    qtbot, make_window, answer, builders, tmp_path, monkeypatch
-):
     window = make_window()
     files = window.files
     ask_for_tf = partial(files.ask, "Open TF", TF_FILTER, files.open_transfer_function)
@@ -259,16 +253,9 @@ def test_a_volume_brings_its_shipped_model(qtbot, make_window, shipped, builders
     qtbot.waitUntil(lambda: builders.generators[0].closed)
 
 
-def test_a_chosen_model_gives_way_to_that_of_another_volume(qtbot, make_window, shipped, builders):
-    builders.scene = Scene.of(builders.volumes["hill"], image_size=16)
-    window = make_window(volume="hill", model=Path("mine"))
-    assert window.workspace.model.folder == Path("mine")
-    open_volume(qtbot, window, "ramp")
-    settle(qtbot, window)
-    assert window.workspace.model.folder == Path("shipped")
-
-
-def test_a_chosen_model_waits_for_its_volume(qtbot, make_window, shipped, builders):
+def test_a_chosen_model_waits_for_its_volume_and_gives_way_to_that_of_another(
+    qtbot, make_window, shipped, builders
+):
     builders.scene = Scene.of(builders.volumes["hill"], image_size=16)
     window = make_window(volume="ramp", model=Path("mine"))
     assert window.workspace.model.folder == Path("mine")
@@ -277,3 +264,6 @@ def test_a_chosen_model_waits_for_its_volume(qtbot, make_window, shipped, builde
     settle(qtbot, window)
     assert window.workspace.model.folder == Path("mine")
     assert window.generator.canvas.image is not None
+    open_volume(qtbot, window, "ramp")
+    settle(qtbot, window)
+    assert window.workspace.model.folder == Path("shipped")

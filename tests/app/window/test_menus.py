@@ -1,6 +1,5 @@
 from pathlib import Path
 
-import pytest
 from fake_models import make_model
 from mouse_events import wheel
 from PySide6.QtCore import QPointF, Qt
@@ -38,22 +37,18 @@ def menu_of(window, *titles):
     return menu
 
 
-@pytest.fixture
-def shipped(tmp_path, monkeypatch):
-    """A model of the volume "ramp" that ships as a file."""
-    model, volume = make_model(tmp_path / "model"), tmp_path / "ramp.nrrd"
-    monkeypatch.setattr(library, "shipped_models", lambda: [model])
-    monkeypatch.setattr(library, "shipped_volumes", lambda: [volume])
-    monkeypatch.setattr(library, "title_of", lambda path: path.stem.title())
-    return {"model": model, "volume": volume}
-
-
 def visible(menu):
     menu.aboutToShow.emit()
     return [a.text().replace("&", "") for a in menu.actions() if a.isVisible() and a.text()]
 
 
-def test_a_shipped_network_opens_with_its_volume(qtbot, make_window, builders, shipped):
+def test_a_shipped_network_opens_with_its_volume(
+    qtbot, make_window, builders, tmp_path, monkeypatch
+):
+    model = make_model(tmp_path / "model")
+    monkeypatch.setattr(library, "shipped_models", lambda: [model])
+    monkeypatch.setattr(library, "shipped_volumes", lambda: [tmp_path / "ramp.nrrd"])
+    monkeypatch.setattr(library, "title_of", lambda path: path.stem.title())
     builders.volumes["other"] = make_volume("other", 300.0)
     window = make_window("other", model=None)
     opened = []
@@ -62,7 +57,7 @@ def test_a_shipped_network_opens_with_its_volume(qtbot, make_window, builders, s
     assert visible(menu) == ["Ramp, no light", "Open model…"]
     assert menu.actions()[0].toolTip() == "RMSE 0.050."
     menu.actions()[0].trigger()
-    qtbot.waitUntil(lambda: window.workspace.model.folder == shipped["model"])
+    qtbot.waitUntil(lambda: window.workspace.model.folder == model)
     qtbot.waitUntil(lambda: bool(builders.generators))
     qtbot.waitUntil(lambda: window.workspace.is_settled)
     assert [path.name for path in opened] == ["ramp.nrrd"]
@@ -143,22 +138,6 @@ def values(parent):
     return found | {w: w.value() for w in sliders if not isinstance(w, QScrollBar)}
 
 
-@pytest.fixture
-def window(qtbot, make_window):
-    """A window with a region, all cards, a notice and the panel."""
-    window = make_window()
-    window.resize(1600, 1000)
-    window.sensitivity_state.add_region(Outline.rectangle(0.3, 0.3, 0.7, 0.6))
-    window.crop_card.set_shown(True)
-    window.up_axis_card.ask()
-    window.notice.add("It failed.", tone="error")
-    qtbot.waitUntil(lambda: window.workspace.is_settled)
-    window.editor.selection.select("opacity", 0)
-    window.activateWindow()
-    qtbot.waitUntil(window.isActiveWindow)
-    return window
-
-
 def walked(qtbot, window, key=Qt.Key.Key_Tab):
     """What has the focus, one after the other, until the first one has it again."""
     first = window.top_bar.volume
@@ -196,7 +175,18 @@ def name_of(widget):
     return interface.text(QAccessible.Text.Name) if interface else ""
 
 
-def test_tab_reaches_every_control_and_each_has_a_name(qtbot, window):
+def test_tab_reaches_every_control_and_each_has_a_name(qtbot, make_window):
+    # With a region, all cards, a notice and the panel.
+    window = make_window()
+    window.resize(1600, 1000)
+    window.sensitivity_state.add_region(Outline.rectangle(0.3, 0.3, 0.7, 0.6))
+    window.crop_card.set_shown(True)
+    window.up_axis_card.ask()
+    window.notice.add("It failed.", tone="error")
+    qtbot.waitUntil(lambda: window.workspace.is_settled)
+    window.editor.selection.select("opacity", 0)
+    window.activateWindow()
+    qtbot.waitUntil(window.isActiveWindow)
     for browsing in (False, True):
         window.latent_state.choose(shown=browsing)
         reached = walked(qtbot, window)

@@ -156,18 +156,11 @@ def test_a_card_is_dragged_stays_in_the_area_and_goes_back(qtbot, area):
     assert card.geometry() == QRect(SIDE, 300 - BOTTOM - 100, 320, 100)
 
 
-@pytest.fixture
-def line(qtbot, state):
+def test_a_sentence_goes_after_a_time_or_what_it_is_about_unless_that_is_under_way(qtbot, state):
     line = StatusLine(state, SensitivityState())
     qtbot.addWidget(line)
     line.resize(1200, 24)
     line.show()
-    return line
-
-
-def test_a_sentence_goes_after_a_time_or_what_it_is_about_unless_that_is_under_way(
-    qtbot, line, state
-):
     line._rest.setInterval(20)
     line.say("Reading a.nrrd …")
     assert line.news == "Reading a.nrrd …" and not line._rest.isActive()

@@ -135,12 +135,10 @@ def open_over(qtbot, window, change):
     qtbot.waitUntil(lambda: work.opened.volume.scalar_range == state.scalar_range)
 
 
-@pytest.fixture(autouse=True)
-def opened_shells(builders):
+def test_what_is_too_narrow_for_the_range_is_said_with_a_range_for_it(
+    qtbot, make_window, builders, tmp_path
+):
     builders.volumes["shells"] = shells()
-
-
-def test_what_is_too_narrow_for_the_range_is_said_with_a_range_for_it(qtbot, make_window, tmp_path):
     window = make_window("shells", model=None)
     tf = TransferFunction(KINDS["a narrow mode of a wide range"], colors(WIDE))
     tf.save(tmp_path / "tf.json")

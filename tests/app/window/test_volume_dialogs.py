@@ -33,9 +33,7 @@ def test_what_is_shown_is_chosen_at_first(qtbot):
     assert chosen == [Choice(array="ids", channel="2")]
 
 
-@pytest.fixture
-def several(window, monkeypatch):
-    """Have volumes read of a file with three channels; what was asked for."""
+def test_what_a_file_holds_is_asked_for_once(qtbot, window, tmp_path, monkeypatch):
     asked = []
 
     def read(path, choice=None):
@@ -47,15 +45,11 @@ def several(window, monkeypatch):
         return replace(volume, voxels=volume.voxels + number, file=facts)
 
     monkeypatch.setattr(window.workspace.opening, "_read_volume", read)
-    return asked
-
-
-def test_what_a_file_holds_is_asked_for_once(qtbot, window, several, tmp_path, monkeypatch):
 
     def asking():
         return [dialog for dialog in window.findChildren(ContentsDialog) if dialog.isVisible()]
 
-    path, read = tmp_path / "cells.tif", window.workspace.opening._read_volume
+    path = tmp_path / "cells.tif"
     path.write_bytes(b"?")
     act_until(qtbot, window.workspace.volumeStarted, window.files.open, path)
     (dialog,) = asking()
@@ -64,22 +58,22 @@ def test_what_a_file_holds_is_asked_for_once(qtbot, window, several, tmp_path, m
     act_until(qtbot, window.workspace.volumeStarted, window.files.open, path)
     # It is not asked for again.
     assert not asking()
-    assert several == [None, Choice(channel="2"), Choice(channel="2")]
+    assert asked == [None, Choice(channel="2"), Choice(channel="2")]
     # A choice that is gone gives way.
-    several.clear()
+    asked.clear()
 
     def refuse(path, choice=None):
-        several.append(choice)
+        asked.append(choice)
         if choice is not None:
             raise VolumeError(f"{path}: there is no channel '2'; there are 0, 1.")
         return make_volume("other")
 
     monkeypatch.setattr(window.workspace.opening, "_read_volume", refuse)
     act_until(qtbot, window.workspace.volumeStarted, window.files.open, path)
-    assert several == [Choice(channel="2"), None]
+    assert asked == [Choice(channel="2"), None]
     # What is kept is not asked for again, either.
     monkeypatch.setattr(window.workspace.opening, "_read_volume", read)
-    several.clear()
+    asked.clear()
     path = tmp_path / "others.tif"
     path.write_bytes(b"?")
     act_until(qtbot, window.workspace.volumeStarted, window.files.open, path)
@@ -87,7 +81,7 @@ def test_what_a_file_holds_is_asked_for_once(qtbot, window, several, tmp_path, m
     next(each for each in buttons if each.text() == "Keep what is shown").click()
     act_until(qtbot, window.workspace.volumeStarted, window.files.open, path)
     assert not asking()
-    assert several == [None, Choice(channel="0")]
+    assert asked == [None, Choice(channel="0")]
 
 
 @pytest.fixture
