@@ -132,7 +132,7 @@ TIP_B = (
     f"{SENTENCES['RMSE']} Difference (D) shows where."
 )
 SHOWN = 0.0005  # least difference that is not 0 in the shown digits
-FOLLOWS = "The difference follows when both images are complete …"
+FOLLOWS = "difference follows when both images are complete"
 UNUSUAL = "It is far above the model's errors in tests, which had no such TF or view."
 
 
@@ -168,31 +168,36 @@ class ImageError(QObject):
     @property
     def compared(self) -> Comparison | None:
         """The compared image and the reference's; None if they cannot be compared."""
+        return found if isinstance(found := self._compare(), Comparison) else None
+
+    def _compare(self) -> Comparison | str:
+        """Return the comparison of the images, or what to say if there is none."""
         pair = self.pane, self._reference
-        if not self._shown.keys() >= {*pair} or self.pane.rgba is None:
-            return None
-        (inputs, drawn, _), (others, truth, _) = map(self._shown.__getitem__, pair)
         state, is_b = self._state, self.pane is self._pane_b
-        if any(self._shown[pane][2] != self._settings_of(pane) for pane in pair):
-            return None
-        if (inputs, others) != (state.inputs_of(self.pane.name), state.inputs_of("A")):
-            return None
-        is_unknown = not inputs.part.is_whole or inputs.mask or inputs.view.is_orthographic
-        is_apart = not self._is_lit_alike or any(each.isHidden() for each in pair)
-        if not is_b and (is_unknown or is_apart):
-            return None
+        wanted = state.inputs_of(self.pane.name), state.inputs_of("A")
+        if not is_b:
+            if any(each.isHidden() for each in pair):
+                return ""
+            if self._workspace.model.lighting != self._workspace.reference.settings.lighting:
+                return "no difference: the ground truth has another light"
+            if not wanted[0].part.is_whole or wanted[0].mask:
+                return "no difference of a part of the volume"
+            if wanted[0].view.is_orthographic:
+                return "no difference in an orthographic view"
+        if not self._shown.keys() >= {*pair} or self.pane.rgba is None:
+            return FOLLOWS
+        (inputs, drawn, _), (others, truth, _) = map(self._shown.__getitem__, pair)
+        is_old = any(self._shown[pane][2] != self._settings_of(pane) for pane in pair)
         (height, width, _), (rows, columns, _) = drawn.shape, truth.shape
         is_coarse = any(pane.canvas.progress is not None for pane in pair)
         if is_b and (is_coarse or abs(height * columns - width * rows) > max(width, columns)):
             # A finer image follows, or one of them is of the pane's size before.
-            return None
+            is_old = True
+        if is_old or (inputs, others) != wanted:
+            return FOLLOWS
         found = Comparison(drawn, truth, is_b)
         # The old one keeps what was computed.
-        return self._compared if found.is_of(self._compared) else found
-
-    @property
-    def _is_lit_alike(self) -> bool:
-        return self._workspace.model.lighting == self._workspace.reference.settings.lighting
+        return self._compared if self._compared and found.is_of(self._compared) else found
 
     def _take(self, pane: EnginePane, inputs: SceneInputs, image: Image) -> None:
         self._shown[pane] = inputs, image[..., :3], self._settings_of(pane)
@@ -205,11 +210,9 @@ class ImageError(QObject):
 
     def compare(self) -> None:
         """Compare the images if both are there."""
-        compared = self.compared
-        if not self.is_wanted or self.pane is not self._pane_b:
-            self._end_news()
-        if compared is None:
-            self._clear()
+        compared = self._compare()
+        if isinstance(compared, str):
+            self._clear(compared)
             return
         if self.is_wanted and self._difference is not None and compared is self._compared:
             return
@@ -227,23 +230,12 @@ class ImageError(QObject):
         self.pane.set_note(said, tip, is_unusual)
         self._compared = compared
         self._difference = to_qimage(compared.colored) if self.is_wanted else None
-        self._end_news()
         self._context.update_images()
 
     def set_wanted(self, wanted: bool) -> None:
         """Show or hide the difference over the compared image."""
         self.is_wanted = wanted
         self.compare()
-        if wanted and self._difference is None:
-            if self.pane is self._pane_b:
-                self._context.status.say(FOLLOWS)
-            elif not self._is_lit_alike:
-                self._context.status.say("The model has another light; choose it to compare both.")
-
-    def _end_news(self) -> None:
-        """Say no longer that the difference follows."""
-        if self._context.status.news == FOLLOWS:
-            self._context.status.say("")
 
     def _paint(self, pane: EnginePane, painter: QPainter, rect: QRect) -> None:
         canvas, compared, wiped = pane.canvas, self._compared, self._reference.canvas.wiped
@@ -264,18 +256,21 @@ class ImageError(QObject):
     def follow(self) -> None:
         """Stop comparing images that are not the present state's."""
         # The focus may have moved from A to B; the images are the same.
-        if self.compared is None:
-            self._clear()
+        if isinstance(found := self._compare(), str):
+            self._clear(found)
 
-    def _clear(self) -> None:
-        if self._compared is None and not (self._generator.note or self._pane_b.note):
+    def _clear(self, why: str) -> None:
+        """Show no error; if the difference is wanted, say why there is none."""
+        notes = {self._generator: "", self._pane_b: ""}
+        notes[self.pane] = why * self.is_wanted
+        if self._compared is None and all(pane.note == note for pane, note in notes.items()):
             return
         self._difference = self._compared = None
-        for pane in (self._generator, self._pane_b):
-            pane.set_note("")
+        for pane, note in notes.items():
+            pane.set_note(note)
         self._context.update_images()
 
     def forget(self, pane: EnginePane) -> None:
         """Stop comparing a pane's image until it is drawn again."""
         self._shown.pop(pane, None)
-        self._clear()
+        self.follow()

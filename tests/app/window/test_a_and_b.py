@@ -277,10 +277,10 @@ def test_the_difference_is_said_and_shown_over_b(qtbot, window):
     window.pane_b.canvas.progress = 0.5
     QTest.keyClick(window, Qt.Key.Key_D)
     # That is said until it is shown.
-    assert window.status.news == "The difference follows when both images are complete …"
+    assert window.pane_b.note == "difference follows when both images are complete"
     window.pane_b.canvas.progress = None
     window.image_error.compare()
-    assert window.image_error.compared is not None and not window.status.news
+    assert window.image_error.compared is not None and window.pane_b.note == "same as A"
     set_tf(qtbot, window, OTHER)
     found = window.image_error.compared
     # Fakes have a level of red for each TF.
@@ -292,7 +292,7 @@ def test_the_difference_is_said_and_shown_over_b(qtbot, window):
     for progress, is_said in ((0.5, False), (None, True)):
         window.pane_b.canvas.progress = progress
         window.image_error.compare()
-        assert bool(window.pane_b.note) is is_said
+        assert window.pane_b.note.startswith("differs") is is_said
     # Another focus changes neither image.
     for name in ("A", "B"):
         window.state.tf_input.focus(name)
