@@ -133,9 +133,10 @@ class Files(QObject):
             self._fail(str(error))
             return
         if volume is None or self._is_open(scene):
-            if self._workspace.model.draws_path:
-                # No model draws this light: it is opened to be seen.
-                self._workspace.reference.choose(lighting="auto")
+            reference = self._workspace.reference
+            if self._is_open(scene) and reference.wanted.lighting == "path" != scene.lighting:
+                # The model does not draw this light: it is opened to be seen.
+                reference.choose(lighting="auto")
             self._workspace.open_model(folder)
             self._offer_volume(folder, scene)
         else:

@@ -261,11 +261,25 @@ def test_the_network_draws_while_the_light_is_path_traced(
     window.files.open_model(Path("model"))
     settle(qtbot, window)
     assert reference.settings.lighting == "none" and window.generator.isVisible()
+    trained = model.scene
     # And without a model there is one pane still.
     window.workspace.open_model(None)
     reference.choose(lighting="path")
     settle(qtbot, window)
     assert not window.generator.isVisible()
+    # So is the first one.
+    monkeypatch.setattr(Library, "check_model", lambda *_: trained)
+    window.files.open_model(Path("model"))
+    settle(qtbot, window)
+    assert reference.settings.lighting == "none" and window.generator.isVisible()
+    # One of another volume leaves the light.
+    reference.choose(lighting="path")
+    settle(qtbot, window)
+    other = replace(trained, volume_fingerprint="other")
+    monkeypatch.setattr(Library, "check_model", lambda *_: other)
+    window.files.open_model(Path("other"))
+    settle(qtbot, window)
+    assert reference.settings.lighting == "path"
 
 
 def test_a_volume_that_was_seen_in_path_traced_light_opens_in_a_quicker_one(
