@@ -237,8 +237,10 @@ class SensitivityAsker(QObject):
         """Set whether the model's image is visible."""
         if is_seen != self._sees_model:
             self._sees_model = is_seen
-            if self.learned_size is not None:
-                self._forget()
+            if self.learned_size is not None and self.asked.choices.engine == "automatic":
+                # The exact answers stay.
+                self.fields.pop("learned", None)
+                self._problems.pop("learned", None)
                 self.ask()
 
     def stop(self) -> None:

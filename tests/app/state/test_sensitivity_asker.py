@@ -245,3 +245,12 @@ def test_answers_at_rest_are_as_wide_as_the_reference(asking):
     asker.pace.note(("exact", "signed"), REST_SIZE, 6.0)
     assert asker.quality("exact", "region").size < REST_SIZE
     assert asker.quality("exact", "field").size == 320
+    # The exact answers stay while the model's image is hidden and shown again.
+    asking.asked.keep(140.0)
+    asking.answer()
+    for is_seen, who in ((False, EXACT), (True, BOTH)):
+        exact = asker.regions["exact"], asker.fields["exact"]
+        asker.see_model(is_seen)
+        assert (asker.regions.get("exact"), asker.fields.get("exact")) == exact
+        asking.answer()
+        assert set(asker.regions) == set(asker.fields) == set(who)
