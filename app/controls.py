@@ -203,8 +203,6 @@ def announce(widget: QWidget, text: str, at_once: bool = False) -> None:
 
 
 _Button = TypeVar("_Button", bound=QAbstractButton)
-
-
 _Widget = TypeVar("_Widget", bound=QWidget)
 
 

@@ -50,8 +50,6 @@ def run_window(
         os.environ.pop("QT_SCREEN_SCALE_FACTORS", None)
         # The offscreen platform warns of every unsupported window-manager hint.
         os.environ.setdefault("QT_LOGGING_RULES", "default.warning=false")
-    # OpenMP's busy-waiting would slow down all other threads.
-    os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
     application = _application()
     preferences = Preferences(user_folder() if screenshot is None else None)
     apply_theme(application, preferences.settings.theme)
@@ -134,12 +132,11 @@ def _end(application: QApplication, window: MainWindow) -> None:
 
 
 def _application() -> QApplication:
-    """Return the application, created and styled by the first call."""
+    """Return the application, created by the first call."""
     application = QApplication.instance() or QApplication(sys.argv[:1])
     assert isinstance(application, QApplication)
     application.setApplicationName("tfscope")
     application.setWindowIcon(QIcon(str(ICON)))
-    apply_theme(application)
     if not QFontDatabase.families():
         remedy = "on Debian or Ubuntu: apt-get install fonts-dejavu-core"
         print(f"No fonts are installed, so the window has no text; {remedy}", file=sys.stderr)

@@ -182,7 +182,7 @@ class PathTracingEngine(RendererEngine):
     def _small(self, request: BatchRequest, inputs: SceneInputs, watch: Watch) -> Array:
         """Trace a small image of few samples."""
         samples, pixels = FEW_CLEAN if self._refining.cleans else FEW, request.quality.pixels
-        return self._whole(inputs, pixels, samples, watch.is_wanted, self._distance).rgba
+        return self._whole(inputs, pixels, samples, watch.is_wanted).rgba
 
     def _tile(
         self, request: PictureRequest, tile: Raster, watch: Watch
@@ -196,19 +196,14 @@ class PathTracingEngine(RendererEngine):
             watch.note(next(asked) * share)
             return watch.is_wanted()
 
-        drawn = self._whole(request.inputs, wide, samples, is_wanted, self._distance)
+        drawn = self._whole(request.inputs, wide, samples, is_wanted)
         top, left = tile.top - wide.top, tile.left - wide.left
         return drawn.rgba[top : top + tile.rows, left : left + tile.columns], drawn.error
 
     def _whole(
-        self,
-        inputs: SceneInputs,
-        raster: Raster,
-        samples: int,
-        is_wanted: Callable[[], bool],
-        distance: float,
+        self, inputs: SceneInputs, raster: Raster, samples: int, is_wanted: Callable[[], bool]
     ) -> Refined:
-        drawn = self._refining.drawn(inputs, raster, samples, is_wanted, distance)
+        drawn = self._refining.drawn(inputs, raster, samples, is_wanted, self._distance)
         if drawn is None:
             raise SupersededError
         return drawn

@@ -1,7 +1,7 @@
 """Speed against accuracy: the slider from fast to exact, and the line with the image's error."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import cached_property
 
 import numpy as np
@@ -38,7 +38,6 @@ from app.state.image_errors import (
 from app.state.reference_choices import ReferenceChoices
 from app.state.reference_image import ReferenceImage
 from app.state.viewer_state import ViewerState
-from model.rendering.raster import Raster
 
 HEIGHT = 22
 
@@ -53,28 +52,20 @@ WHAT = (
 class FidelityLine(QLabel):
     """Says how wrong an image is, why, and how it gets better; empty for an exact image.
 
-    `whole` returns the pixels of an image that nothing limits, `passes` whether another renderer's
-    image follows. The text is also the accessible name.
+    The text is also the accessible name.
     """
 
     judged = Signal(str)  # emitted with measured rate and error of moving images; may be empty
 
-    def __init__(
-        self,
-        pane: EnginePane,
-        state: ViewerState,
-        whole: Callable[[], Raster],
-        passes: Callable[[], bool],
-    ) -> None:
+    def __init__(self, pane: EnginePane, state: ViewerState, work: ReferenceImage) -> None:
         super().__init__(pane.canvas)
-        self._pane, self._state = pane, state
-        self._whole, self._passes = whole, passes
+        self._pane, self._state, self._work = pane, state, work
         self._errors = ImageErrors()
         self.fidelity = Fidelity()
         self.setProperty("role", "on image")
         self.hide()
         for signal, slot in (
-            (pane.resultShown, lambda result: self._errors.note(result, whole(), state.live)),
+            (pane.resultShown, lambda result: self._errors.note(result, work.raster, state.live)),
             (pane.statusShown, self._show),
             (pane.client.stateChanged, self._follow),
             (state.inputsChangeFinished, self._show),
@@ -90,9 +81,10 @@ class FidelityLine(QLabel):
         self.fidelity = Fidelity()
         client, live = self._pane.client, self._state.live
         if self._pane.shows_present and client.images.newest is not None:
-            settled = client.state is EngineState.SETTLED and not self._passes()
+            is_last = self._work.settings == self._work.wanted  # not another renderer's
+            settled = client.state is EngineState.SETTLED and is_last
             asked = client.images.newest.inputs
-            self.fidelity = self._errors.fidelity(asked, live, settled, self._whole())
+            self.fidelity = self._errors.fidelity(asked, live, settled, self._work.raster)
         text = self.fidelity.text
         if text == self.text() and live:
             # The rest follows once nothing moves.

@@ -9,7 +9,7 @@ from PySide6.QtGui import QColor, QMouseEvent, QWheelEvent
 from PySide6.QtWidgets import QGraphicsRectItem, QHBoxLayout, QLabel
 
 from app import theme
-from app.controls import Card, fill
+from app.controls import Card, Painted, fill
 from app.icons import IconButton
 from app.placing import freest
 from app.sensitivity_view.findings_panel import AddButton
@@ -139,6 +139,8 @@ class BandTag(Card):
 class BandLayer:
     """Draws the band: green where it is visible, blue what an edit of it would change."""
 
+    asks_edit = Painted(False, "refresh")  # whether it is an edit, whatever the mouse asks
+
     def __init__(
         self,
         area: PlotArea,
@@ -148,7 +150,6 @@ class BandLayer:
     ) -> None:
         self._area, self._visible = area, visible
         self._state, self._asked = asker.state, asker.asked
-        self._asks_edit = False
         self._rect = QGraphicsRectItem()
         self._rect.setZValue(50)
         self._rect.setAcceptedMouseButtons(Qt.MouseButton.NoButton)
@@ -162,12 +163,6 @@ class BandLayer:
         """The tag's text; empty without a band."""
         return "" if self.tag.isHidden() else self.tag.text.text()
 
-    def ask_edit(self, asks: bool) -> None:
-        """Treat the band as an edit, as *What if* does, whatever the mouse asks."""
-        if asks != self._asks_edit:
-            self._asks_edit = asks
-            self.refresh()
-
     def refresh(self) -> None:
         """Draw the present band, or none."""
         band, choices = self._asked.band, self._asked.choices
@@ -179,7 +174,7 @@ class BandLayer:
         scalar_range = self._state.scalar_range
         values = band_of_edit(band.values, scalar_range, choices.width)
         left, right = self._area.axis.places(values).clip(0.0, 1.0).tolist()
-        color = QColor(theme.CHANGE if band.effect or self._asks_edit else theme.VISIBLE)
+        color = QColor(theme.CHANGE if band.effect or self.asks_edit else theme.VISIBLE)
         self._rect.setPen(pg.mkPen(color, width=1))
         color.setAlpha(50)
         self._rect.setBrush(color)
@@ -190,7 +185,7 @@ class BandLayer:
         band = self._asked.band
         assert band is not None
         text = self._state.range_text(band.values)
-        asks_edit = band.effect or self._asks_edit
+        asks_edit = band.effect or self.asks_edit
         if asks_edit:
             text = f"edit at {text}"
         else:

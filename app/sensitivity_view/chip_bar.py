@@ -171,7 +171,7 @@ class ChipBar(QWidget):
         self.panel.clicked.connect(asked.open_panel)
         self.regions_menu = QMenu(self)
         self.regions_menu.aboutToShow.connect(self.fill_regions)
-        self.change_menu = menu = QMenu(self)
+        menu = QMenu(self)
         for button, its_menu in ((self.region, self.regions_menu), (self.more, menu)):
             show_tips(its_menu)
             button.setMenu(its_menu)

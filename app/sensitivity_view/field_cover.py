@@ -48,7 +48,7 @@ class ColorBar(QToolButton):
         self.setFont(font)
         self.setFixedHeight(HEIGHT)
         self.setCursor(Qt.CursorShape.ArrowCursor)
-        self.clicked.connect(self._toggle_lock)
+        self.clicked.connect(lambda: sensitivity.choose(locked=not sensitivity.choices.locked))
         canvas.installEventFilter(self)
         self.hide()
 
@@ -112,9 +112,6 @@ class ColorBar(QToolButton):
     @property
     def _lock(self) -> str:
         return LOCKED if self._sensitivity.choices.locked else ""
-
-    def _toggle_lock(self) -> None:
-        self._sensitivity.choose(locked=not self._sensitivity.choices.locked)
 
 
 def paint_bar(
@@ -263,7 +260,7 @@ class FieldCover(QObject):
         keeps_scale = is_moving or self._asked.choices.locked
         if not keeps_scale or self._shown_as != measure:
             # One scale for exact and learned fields, so that their colours can be compared.
-            every = (answer,) if is_part else (answer, *self._asker.both_fields)
+            every = (answer,) if is_part else (answer, *self._asker.both(self._asker.fields))
             least = LEAST_SEEN if is_part else display.FLOOR
             self.scale = max(
                 display.scale_of(middle_square(self._shown(each)), least) for each in every

@@ -163,8 +163,8 @@ def edits_found(
         note = "no edit changes this region" if flat else "the curve has no peak"
     else:
         # Said once, above.
-        said = asker.is_waiting and (values.rows or values.is_fresh)
-        note = asker.waiting if said else ""
+        is_coming = asker.engines and not asker.problem
+        note = asker.waiting if is_coming and (values.rows or values.is_fresh) else ""
     rows = tuple(row for row, _effect in edits)
     return Findings(rows, note, is_fresh), [effect for _row, effect in edits]
 

@@ -72,9 +72,7 @@ class SensitivityView(QObject):
         self.band = BandLayer(area, asker, self.visible, self.actions.add_mode_over_band)
         self.chips = ChipBar(self._asked, area.histogram, self.show_table)
         self.source = SourceLabel(workspace)
-        self.what_if = WhatIfQuestion(
-            asker, self.responses, reference.brightness, self._show_what_if, self
-        )
+        self.what_if = WhatIfQuestion(asker, self.responses, self._show_what_if, self)
         self.findings = FindingsPanel(
             asker, self.responses, self.actions, self.what_if, self.source, area.widget
         )
@@ -304,7 +302,7 @@ class SensitivityView(QObject):
             for cover in self.covers:
                 cover.show_what_if(None)
         self.findings.show_result()
-        self.band.ask_edit(self.what_if.is_on)
+        self.band.asks_edit = self.what_if.is_on
 
 
 def _shown_result(

@@ -17,7 +17,6 @@ from app.engines.requests import BatchRequest
 from app.number_box import short
 from app.sensitivity_view.findings import change_text
 from app.sensitivity_view.response_layer import ResponseLayer
-from app.state.edits import Brightness
 from app.state.sensitivity_asker import BAND_REST_MS, SensitivityAsker, Source
 from app.tf_editor.unit_axis import WIDTHS
 from model.rendering.brightness import brighten
@@ -83,13 +82,11 @@ class WhatIfQuestion(QObject):
         self,
         asker: SensitivityAsker,
         layer: ResponseLayer,
-        brightness: Brightness,
         changed: Callable[[], object],
         parent: QObject,
     ) -> None:
         super().__init__(parent)
-        self._asker, self._layer, self._brightness = asker, layer, brightness
-        self._changed = changed
+        self._asker, self._layer, self._changed = asker, layer, changed
         self._channels = Channels(asker.clients, "what if", self._take, self)
         self._edited: tuple[Outline, NDArray[np.float32]] | None = None
         """Region and edit that were asked about last."""
@@ -169,14 +166,14 @@ class WhatIfQuestion(QObject):
             return
         source, (outline, edit), predicted = asker.source(name), self._edited, None
         field = asker.fields.get(source)
-        lit = asker.state.lit(name)
-        if self._brightness.of(lit) == 1 and field and field.is_of(asker.state.inputs):
+        brightness = asker.state.brightness.of(asker.state.lit(name))
+        if brightness == 1 and field and field.is_of(asker.state.inputs):
             of = field.request
             if np.array_equal(edit_over(of.values, asker.state.scalar_range, of.width), edit):
                 predicted = predicted_rmse(field.value, edit, asker.asked.choices.height, outline)
         # Compared as shown: the brightness determines which parts are visible.
         colors = np.clip(result.value[..., :3], 0, 1)
-        brighten(colors, self._brightness.of(lit))
+        brighten(colors, brightness)
         found = compare(colors[0], colors[1], outline.mask(colors.shape[1:3]), predicted)
         answer = self._answers[source] = RenderedEdit(found, source)
         if self.is_on:

@@ -477,9 +477,8 @@ class SlicesColumn(QWidget):
         numbers = [f"{axis} {_written(number, step)}" for axis, number in found]
         where = "  ".join([*numbers, volume.file.spacing_unit]).rstrip()
         # Two lines in any case, so that they are level with the menu.
-        lines = (said, name, voxel if where else ""), where or voxel
-        self.value.set_full_text("  ".join(filter(None, lines[0])))
-        self.where.set_full_text(lines[1])
+        self.value.set_full_text("  ".join(filter(None, (said, name, voxel if where else ""))))
+        self.where.set_full_text(where or voxel)
 
 
 def _window_text(window: Range) -> str:

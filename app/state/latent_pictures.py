@@ -141,10 +141,6 @@ class LatentPictures(QObject):
         self._hover_rest.stop()
         self.session.stop()
 
-    def join(self) -> None:
-        """Wait until all threads have ended."""
-        self.session.join()
-
     def ask(self) -> None:
         """Request all pictures again, at full size."""
         self._ask_grid()

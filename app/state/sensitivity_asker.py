@@ -162,11 +162,6 @@ class SensitivityAsker(QObject):
         return next(filter(None, self._problems.values()), "")
 
     @property
-    def is_waiting(self) -> bool:
-        """Whether an answer about the region is still to come."""
-        return bool(self.engines) and not (self.problem or self.is_fresh(self.region))
-
-    @property
     def waiting(self) -> str:
         """Text to show until the answers come."""
         client = self.clients["exact"]
@@ -190,14 +185,9 @@ class SensitivityAsker(QObject):
         )  # fmt: skip
 
     @property
-    def both_fields(self) -> list[FieldAnswer]:
-        """Exact and learned field of the band, if both are there."""
-        return self._both(self.fields)
-
-    @property
     def region_agreement(self) -> Agreement | None:
         """Agreement of learned and exact responses of the region, over the values of interest."""
-        both = self._both(self.regions)
+        both = self.both(self.regions)
         if not (both and self.is_fresh(both[0])):
             return None
         values = np.linspace(*self.state.scalar_range, TF_SAMPLES)
@@ -458,8 +448,8 @@ class SensitivityAsker(QObject):
         """Return the source of an engine's answers."""
         return self.exact_source if name == "exact" else "learned"
 
-    def _both(self, answers: dict[Source, Any]) -> list[Any]:
-        """Exact and learned answer to the same question; none unless both are there."""
+    def both(self, answers: dict[Source, Any]) -> list[Any]:
+        """Return exact and learned answer to the same question; none unless both are there."""
         both = [answers.get(self.exact_source), answers.get("learned")]
         return both if same_question(*both) else []
 

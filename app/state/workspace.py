@@ -199,7 +199,8 @@ class Workspace(QObject):
 
     def join(self) -> None:
         """Wait until all threads have ended."""
-        for part in (*self._images, self._clients.analyst, self.latent, self.pieces, self.opening):
+        clients = *self._images, self._clients.analyst
+        for part in (*clients, self.latent.session, self.pieces, self.opening):
             part.join()
 
     def show(self, opened: OpenedVolume) -> None:

@@ -154,7 +154,6 @@ class UpAxisCard(Card):
             button.setToolTip(text if picture is None else picture_tip(picture, text))
 
     def _choose(self, axis: str) -> None:
-        self.hide()
         self._state.set_up_axis(axis)
         self._remember()
 

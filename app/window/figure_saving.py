@@ -152,7 +152,7 @@ class FigureSaving(QObject):
             which = first.which if first.which in sizes else next(iter(sizes))
             width, height = sizes[which]
             choice = replace(first, which=which, width=width, height=height, seconds=0.0)
-            self._draw(choice, None, as_shown=True)
+            self.draw(choice, None, as_shown=True)
             return
         dialog = FigureDialog(sizes, first, self._context.window)
         for name, pane in self._panes.items():
@@ -216,12 +216,10 @@ class FigureSaving(QObject):
                 found["difference"] = side, side
         return found
 
-    def draw(self, choice: FigureChoice, place: Path | None) -> None:
-        """Save a figure to a file, or without one copy it, and remember the choice."""
-        self._remember(choice)
-        self._draw(choice, place)
-
-    def _draw(self, choice: FigureChoice, place: Path | None, as_shown: bool = False) -> None:
+    def draw(self, choice: FigureChoice, place: Path | None, as_shown: bool = False) -> None:
+        """Save a figure to a file, or without one copy it; remember a choice of the dialog."""
+        if not as_shown:
+            self._remember(choice)
         self._end()
         state = self._context.state
         frames = [state.inputs_of("A")]

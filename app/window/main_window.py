@@ -140,7 +140,7 @@ class MainWindow(WindowParts):
         ``super().event()`` ends the process (PySide 6.8 to 6.11).
         """
         if watched is self and isinstance(event, QStatusTipEvent):
-            self.status.show_area(event.tip())
+            self.status.area = event.tip() or "Images"
             return True
         return False
 

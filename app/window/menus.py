@@ -63,7 +63,7 @@ class Menus:
             show_tips(menu)
             menu.aboutToShow.connect(self.refresh)
             fill(menu)
-        window.top_bar.take_menus()
+        window.top_bar.menus.addActions(window.top_bar.menu_bar.actions())
         for caption in (window.pane_b.caption, window.editor.pane_button):
             caption.set_menu(self._of_b)
         menu = self._add_alone(window.generator.caption, "generator")

@@ -15,7 +15,6 @@ from app.icons import IconButton
 
 WIDTH = 480  # largest width of a notice, as longer lines are hard to read
 MOST_SHOWN, MOST_KEPT = 3, 20  # notices shown at once; and kept until there is room
-MOST_ACTIONS = 2  # buttons of one notice, without the one that dismisses it
 
 NoticeTone = Literal["plain", "error"]
 
@@ -26,7 +25,7 @@ class Notices(QWidget):
     def __init__(self) -> None:
         super().__init__()
         self._lines: list[_Line] = []
-        self._before: QWidget | None = None
+        self.before: QWidget | None = None  # from which Tab goes to later notices
         self._column = fill(QVBoxLayout(self), spacing=4)
         self.more = label("", "dim")
         self.more.setAlignment(Qt.AlignmentFlag.AlignHCenter)
@@ -40,14 +39,8 @@ class Notices(QWidget):
         """The sentences, one per line, newest first."""
         return "\n".join(line.text for line in self._lines)
 
-    def come_after(self, widget: QWidget) -> None:
-        """Let Tab go from a widget to later notices."""
-        self._before = widget
-
     def add(self, text: str, *actions: Action, key: str = "", tone: NoticeTone = "plain") -> None:
         """Show a notice above the others; it replaces one with the same text or key."""
-        if len(actions) > MOST_ACTIONS:
-            raise ValueError(f"A notice has room for {MOST_ACTIONS} actions, not {len(actions)}.")
         for line in [*self._lines]:
             if line.text == text or (key and line.key == key):
                 self._remove(line)
@@ -61,9 +54,9 @@ class Notices(QWidget):
         self._column.insertWidget(0, line)
         for button in buttons:
             line.row.addWidget(button)
-        if self._before is not None:
+        if self.before is not None:
             # Otherwise Tab would reach them after the rest of the window.
-            order_focus([self._before, *buttons])
+            order_focus([self.before, *buttons])
         for old in self._lines[MOST_KEPT:]:
             self._remove(old)
         self._show()

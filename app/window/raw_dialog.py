@@ -1,6 +1,5 @@
 """The dialog that asks for a headerless file's layout, with previews."""
 
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -181,13 +180,13 @@ class RawDialog(QDialog):
         self.order_box.setCurrentText(ORDERS[layout.byte_order])
 
     def _check(self) -> None:
-        layout = self.choice()
+        path, layout = self._path, self.choice()
         self.order_box.setEnabled(layout.dtype.itemsize > 1)
         fits = layout.nbytes == self._present
         self.open_button.setEnabled(fits)
         self.fit.setText(fit_sentence(layout, self._present))
         self.fit.setStyleSheet(f"color: {theme.DIM if fits else theme.ATTENTION}")
-        self._previews.ask(partial(_render_previews, self._path, layout))
+        self._previews.ask(lambda: (layout, [preview(path, layout, axis) for axis in range(3)]))
 
     def _show_previews(self, previews: Previews) -> None:
         layout, levels = previews
@@ -203,10 +202,6 @@ class RawDialog(QDialog):
         self.fit.setText(problem)
         self.fit.setStyleSheet(f"color: {theme.ERROR}")
         self.open_button.setEnabled(False)
-
-
-def _render_previews(path: Path, layout: RawLayout) -> Previews:
-    return layout, [preview(path, layout, axis) for axis in range(3)]
 
 
 def _row(boxes: list[WholeNumberBox] | list[NumberBox]) -> QHBoxLayout:

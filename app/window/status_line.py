@@ -8,7 +8,7 @@ from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QLabel, QProgressBar, QStackedWidget, QStatusBar
 
 from app import theme
-from app.controls import ElidedLabel, announce, label, named
+from app.controls import ElidedLabel, Painted, announce, label, named
 from app.engines.background import Pause
 from app.number_box import MINUS, without_zero
 from app.state.sensitivity_state import SensitivityState
@@ -25,10 +25,11 @@ NARROW = 1180  # width in pixels below which the view's numbers are hidden
 class StatusLine(QStatusBar):
     """Shows the keys of the area that a widget's status tip names, or the newest sentence."""
 
+    area = Painted("Images", "_name_keys")  # under the mouse; without one, the images
+
     def __init__(self, state: ViewerState, regions: SensitivityState) -> None:
         super().__init__()
         self._state, self._regions = state, regions
-        self._area = "Images"  # area under the mouse; without one, the images
         self._is_empty = True
         self.keys = ""  # shown while there is no sentence
         self.setFixedHeight(HEIGHT)
@@ -42,8 +43,8 @@ class StatusLine(QStatusBar):
             self._left.addWidget(each)
         self._left.setMinimumWidth(0)
         self._left.setSizePolicy(self._news.sizePolicy())
-        self._view = label("", "dim")
-        self._view.setToolTip(
+        self.view = label("", "dim")
+        self.view.setToolTip(
             "View: direction, distance (1 shows the whole volume), and pan to the right and up (1 "
             "is half the shorter side of the image)"
         )
@@ -53,7 +54,7 @@ class StatusLine(QStatusBar):
         self._prepared.hide()
         self.addWidget(self._left, 1)
         self.addPermanentWidget(self._prepared)
-        self.addPermanentWidget(self._view)
+        self.addPermanentWidget(self.view)
         self.setSizeGripEnabled(False)
         self._rest = Pause(self, NEWS_MS, lambda: self.say(""))
         for changed in (state.viewChangeFinished, state.navigationChanged):
@@ -74,11 +75,6 @@ class StatusLine(QStatusBar):
         """Progress of compiling the renderers, in words; empty once they are ready."""
         return "" if self._prepared.isHidden() else self._prepared.text()
 
-    @property
-    def view_text(self) -> str:
-        """The view's numbers as displayed."""
-        return self._view.text()
-
     def say(self, text: str) -> None:
         """Show a new sentence; an empty one brings the keys back."""
         self._news.set_full_text(text)
@@ -96,20 +92,15 @@ class StatusLine(QStatusBar):
         self._prepared.setValue(done)
         self._prepared.setVisible(done < wanted)
 
-    def show_area(self, area: str) -> None:
-        """Show the keys of an area, by default those of the images."""
-        self._area = area or "Images"
-        self._name_keys()
-
     def start_volume(self) -> None:
         """Show the keys of images and plot, now that there is a volume."""
         self._is_empty = False
-        self._view.setVisible(self.width() >= NARROW)
+        self.view.setVisible(self.width() >= NARROW)
         self._name_keys()
 
     def _name_keys(self) -> None:
         """Show the keys of the running action in the area under the mouse."""
-        area, regions = self._area, self._regions
+        area, regions = self.area, self._regions
         if area in ("Images", "Transfer function") and self._is_empty:
             area = "Files"
         elif area == "Transfer function" and regions.band is not None:
@@ -126,7 +117,7 @@ class StatusLine(QStatusBar):
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Hide the view's numbers if there is no room for them."""
         super().resizeEvent(event)
-        self._view.setVisible(self.width() >= NARROW and not self._is_empty)
+        self.view.setVisible(self.width() >= NARROW and not self._is_empty)
 
     def changeEvent(self, event: QEvent) -> None:
         """Update the keys' colours after a change of theme."""
@@ -160,4 +151,4 @@ class StatusLine(QStatusBar):
             text += f"   pan {without_zero(f'{pan_x:+.2f}')}, {without_zero(f'{pan_y:+.2f}')}"
         if self._state.view.is_orthographic:
             text += "   orthographic"
-        self._view.setText(text.replace("-", MINUS))
+        self.view.setText(text.replace("-", MINUS))

@@ -54,11 +54,6 @@ class TopBar(QWidget):
             row.addWidget(widget)
         self._fold(False)
 
-    def take_menus(self) -> None:
-        """Put the menu bar's menus behind the one button, too."""
-        for action in self.menu_bar.actions():
-            self.menus.addAction(action)
-
     def open_menus(self) -> None:
         """Open the menus by the keyboard."""
         if self.is_folded:

@@ -117,11 +117,8 @@ class WindowParts(QMainWindow):
 
     def _build_layers(self) -> None:
         """Stack the overlays on the images, and give them the mouse in order."""
-        work = self.workspace.reference
         self.overlays = Overlays(self.context)
-        self.fidelity = FidelityLine(
-            self.reference, self.state, lambda: work.raster, lambda: work.settings != work.wanted
-        )
+        self.fidelity = FidelityLine(self.reference, self.state, self.workspace.reference)
         self.fidelity.judged.connect(partial(setattr, self.exactness, "moving"))
         # Before the sensitivities, so that it is below regions.
         self.image_error = ImageError(self.context)
@@ -157,7 +154,7 @@ class WindowParts(QMainWindow):
         for pane in images:
             chain += [pane.canvas, pane.caption]
         order_focus(chain)
-        self.notice.come_after(chain[-1])
+        self.notice.before = chain[-1]
 
     def areas(self) -> list[QWidget]:
         """Return the areas of the window that F6 goes through."""

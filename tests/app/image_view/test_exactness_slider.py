@@ -1,5 +1,6 @@
 import math
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pyqtgraph as pg
@@ -48,7 +49,8 @@ def request(line, sequence):
 def test_it_is_there_for_what_is_not_exact_alone(qtbot, pane):
     pane.resize(700, 500)
     pane.show()
-    line = FidelityLine(pane, ViewerState(pane), lambda: Raster(8, 8), lambda: False)
+    work = SimpleNamespace(raster=Raster(8, 8), settings=None, wanted=None)
+    line = FidelityLine(pane, ViewerState(pane), work)
     engine = FakeEngine()
     pane.client.start(lambda: engine, "Loading …")
     assert line.isHidden()

@@ -40,7 +40,7 @@ def test_both_images_follow_view_and_tf(qtbot, make_window, builders):
         for engine in (builders.generators[-1], builders.references[-1]):
             assert engine.requests[-1].inputs.view == window.state.view
             assert not engine.requests[-1].quality.live
-    assert window.status.view_text.startswith(f"azimuth {window.state.view.azimuth:.0f}° ")
+    assert window.status.view.text().startswith(f"azimuth {window.state.view.azimuth:.0f}° ")
     engine = builders.generators[-1]
     first = len(engine.requests)
     window.state.move_view(View(azimuth=10.0))
@@ -56,7 +56,7 @@ def test_both_images_follow_view_and_tf(qtbot, make_window, builders):
     window.state.set_view(View(elevation=89.0))
     assert "elevation 89°" in window.generator.hint and window.reference.hint == ""
     window.state.set_view(View(elevation=-0.2))
-    assert "elevation 0°" in window.status.view_text
+    assert "elevation 0°" in window.status.view.text()
     builders.generators[-1].error = RenderError("The generator is out of memory.")
     window.state.set_view(View(azimuth=5.0))
     settle(qtbot, window)

@@ -202,12 +202,12 @@ def test_the_orthographic_view_stays_until_it_is_left(make_window):
     assert orthographic.shortcut().toString() == "O"
     home = state.view
     state.set_view(replace(home, azimuth=20.0, pan_x=0.3))
-    assert "pan" not in window.status.view_text
+    assert "pan" not in window.status.view.text()
     state.set_view(replace(state.view, pan_y=0.2))
-    assert window.status.view_text.endswith("pan +.30, +.20")
+    assert window.status.view.text().endswith("pan +.30, +.20")
     orthographic.trigger()
     assert state.view.is_orthographic and state.view.distance == home.distance
-    assert window.status.view_text.endswith("orthographic")
+    assert window.status.view.text().endswith("orthographic")
     for change in (lambda: state.look_from("Top"), state.view_whole, state.reset_view):
         change()
         assert state.view.is_orthographic
