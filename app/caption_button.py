@@ -7,7 +7,7 @@ from PySide6.QtGui import QColor, QFont, QFontMetrics, QPainter, QPaintEvent, QP
 from PySide6.QtWidgets import QMenu, QSizePolicy, QToolButton
 
 from app import theme
-from app.controls import show_tips
+from app.controls import Painted, show_tips
 
 Tone = Literal["dim", "change", "attention", "error"]  # usual, under way, noticeable, wrong
 
@@ -24,32 +24,19 @@ class CaptionButton(QToolButton):
     the title. Over an image it is dark in both themes.
     """
 
+    title = Painted("", "_follow")
+    detail = Painted("", "_follow")
+    tone = Painted[Tone]("dim")  # colour of the detail
+    is_folded = Painted(False, "_follow")  # whether the detail is hidden
+
     def __init__(self, on_image: bool = False) -> None:
         super().__init__()
         self._on_image = on_image
-        self.title = self.detail = ""
-        self.tone: Tone = "dim"  # colour of the detail
         self.titles: tuple[str, ...] = ()  # titles for which there is always room
-        self._folds = False
         self.setFixedHeight(HEIGHT)
         self.setSizePolicy(QSizePolicy.Policy.Maximum, QSizePolicy.Policy.Fixed)
         self.setCursor(Qt.CursorShape.ArrowCursor)
         self.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
-
-    def set_title(self, title: str) -> None:
-        """Set the title."""
-        self._set(title, self.detail, self.tone)
-
-    def set_detail(self, detail: str, tone: Tone = "dim") -> None:
-        """Set the detail and its colour."""
-        self._set(self.title, detail, tone)
-
-    def set_folded(self, folded: bool) -> None:
-        """Hide the detail, or show it again."""
-        if folded != self._folds:
-            self._folds = folded
-            self.updateGeometry()
-            self.update()
 
     def add_menu(self) -> QMenu:
         """Set its menu and return it."""
@@ -68,7 +55,7 @@ class CaptionButton(QToolButton):
     def sizeHint(self) -> QSize:
         """Return the size of the whole text."""
         width = 2 * PADDING + max(self._width_of(each, True) for each in (self.title, *self.titles))
-        if self.detail and not self._folds:
+        if self.detail and not self.is_folded:
             width += GAP + self._width_of(self.detail)
         if self.menu() is not None:
             width += GAP + ARROW
@@ -113,7 +100,7 @@ class CaptionButton(QToolButton):
         painter.setPen(QColor(colors.text if enabled else colors.disabled))
         painter.drawText(QRectF(left, 0, right - left, height), flags, title)
         left += metrics.horizontalAdvance(title) + GAP
-        if not self.detail or self._folds or right - left < 20:
+        if not self.detail or self.is_folded or right - left < 20:
             return
         font, end = self._font(), Qt.TextElideMode.ElideRight
         detail = QFontMetrics(font).elidedText(self.detail, end, right - left)
@@ -128,11 +115,8 @@ class CaptionButton(QToolButton):
         corners = (left, top), (left + ARROW, top), (left + ARROW / 2, tip)
         painter.drawPolygon([QPointF(x, y) for x, y in corners])
 
-    def _set(self, title: str, detail: str, tone: Tone) -> None:
-        if (title, detail, tone) == (self.title, self.detail, self.tone):
-            return
-        self.title, self.detail, self.tone = title, detail, tone
-        self.setAccessibleName(", ".join(filter(None, (title, detail))))
+    def _follow(self) -> None:
+        self.setAccessibleName(", ".join(filter(None, (self.title, self.detail))))
         self.updateGeometry()
         self.update()
 

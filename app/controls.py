@@ -161,16 +161,12 @@ MORE = " …"  # end of a text that is cut off
 class ElidedLabel(QLabel):
     """A label of one line that shows as many sentences as fit; the tooltip has all of them."""
 
+    full_text = Painted("", "_cut")
+
     def __init__(self) -> None:
         super().__init__()
-        self.full_text = ""
         self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self.setTextFormat(Qt.TextFormat.PlainText)
-
-    def set_full_text(self, text: str) -> None:
-        """Set the sentences."""
-        self.full_text = text
-        self._cut()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Cut the sentence to the new width."""

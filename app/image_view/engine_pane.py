@@ -241,8 +241,7 @@ class EnginePane(QWidget):
         said = title, text, tone, tuple(lines), self.canvas.width()
         if said != self._said:
             self._said, self._said_at = said, time.monotonic()
-            self.caption.set_title(title)
-            self.caption.set_detail(text, tone)
+            self.caption.title, self.caption.detail, self.caption.tone = title, text, tone
             self.canvas.setAccessibleName(self.caption.accessibleName())
             self.caption.setToolTip(wrapped(lines))
             self.place_caption(self.caption.parent())

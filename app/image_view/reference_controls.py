@@ -128,7 +128,7 @@ class ReferenceControls(QObject):
         unlit = is_automatic and settings.lighting == "none" and "direct" in self._work.slow_lights
         name = LIGHTINGS[settings.lighting].partition(":")[0] + (" (too slow)" if unlit else "")
         of = f"{pane}: " if self._tf_input.compares else ""
-        self.light.set_title(f"{of}{name}")
+        self.light.title = f"{of}{name}"
         self.light.setAccessibleName(f"Light: {self.light.title}")
         why = ": soft light takes too long here" if "soft" in self._work.slow_lights else ""
         chosen = f"Light, chosen automatically{why}" if is_automatic else "Light"

@@ -117,7 +117,7 @@ class PanelRow(QWidget):
             self._shown = row
             for shown, text in zip(self._labels, row.texts, strict=True):
                 if isinstance(shown, ElidedLabel):
-                    shown.set_full_text(text)
+                    shown.full_text = text
                 else:
                     shown.setText(text)
             self._row.setContentsMargins(28 if row.badge else 4, 0, 2, BAR)
@@ -331,7 +331,7 @@ class FindingsPanel(QFrame):
         values = values_found(asker, self.values.found)
         edits, effects = edits_found(asker, layer.peaks, values)
         name, is_place = asker.asked.region_name, asker.asked.place is not None
-        self.title.set_full_text("Clicked place" if is_place else name)
+        self.title.full_text = "Clicked place" if is_place else name
         # Edits are always those of the region.
         self.edits_heading.setText(f"{name}: add" if is_place else "Add a mode")
         self.rename.setEnabled(asker.asked.active is not None)

@@ -109,7 +109,7 @@ class ResponseLayer:
             flag.clicked.connect(lambda _=False, n=number: add_mode(n))
             flag.hide()
             area.add_flag(flag)
-        self._was_shown = self._is_shown
+        self._was_shown = asker.asked.shows_curve
         self.recolor()
 
     def curve(self, name: str) -> NDArray[np.float64]:
@@ -135,7 +135,7 @@ class ResponseLayer:
         for name, source in (("exact", asker.exact_source), ("learned", "learned")):
             answer, curve = asker.regions.get(source), self._curves[name]
             values = displayed_now(asker, answer)
-            is_shown = values is not None and self._is_shown
+            is_shown = values is not None and self._asked.shows_curve
             curve.setVisible(is_shown)
             if answer is not None and values is not None and is_shown:
                 # The TF's range may have changed since it was asked.
@@ -158,14 +158,10 @@ class ResponseLayer:
         if any(said):
             self._place_flags()
 
-    @property
-    def _is_shown(self) -> bool:
-        return self._asked.shows_curve
-
     def follow_region(self) -> None:
         """Show or hide the curve with the active region."""
-        if self._is_shown != self._was_shown:
-            self._was_shown = self._is_shown
+        if self._asked.shows_curve != self._was_shown:
+            self._was_shown = self._asked.shows_curve
             self.refresh()
             self.fit()
         else:
@@ -195,7 +191,8 @@ class ResponseLayer:
         signed = self._asked.choices.measure == "signed"
         low = -limit if signed else 0.0
         self._view.setYRange(low, limit + head * (limit - low), padding=0)
-        self._zero.setVisible(self._is_shown and signed and self._area.scale.logarithmic)
+        is_shown = self._asked.shows_curve and self._area.scale.logarithmic
+        self._zero.setVisible(is_shown and signed)
         labels: list[tuple[float, str]] = []
         # Without a curve, there are no numbers.
         if any(curve.isVisible() for curve in self._curves.values()):
@@ -261,7 +258,7 @@ class ResponseLayer:
         places = [area.axis.place(interval.value) for interval in self.peaks.intervals]
         shown: dict[QWidget, int] = {}
         for number, flag in enumerate(self.flags):
-            here = self._is_shown and number < len(places) and 0 <= places[number] <= 1
+            here = self._asked.shows_curve and number < len(places) and 0 <= places[number] <= 1
             flag.setVisible(here)
             if here:
                 shown[flag] = area.pixel(area.opacity, places[number], 0.0).x()

@@ -443,7 +443,7 @@ class SlicesColumn(QWidget):
         for view in self.views:
             view.refresh()
         self.choices[self._state.colors].setChecked(True)
-        self.button.set_title(COLORS[self._state.colors][0])
+        self.button.title = COLORS[self._state.colors][0]
         volume = self._state.volume
         is_ct = volume.scale == "linear" and looks_like_hu(volume.data_range, volume.units)
         for action in self._ct:
@@ -458,7 +458,7 @@ class SlicesColumn(QWidget):
 
     def _say_window(self) -> None:
         if self._state.colors != "colors":
-            self.where.set_full_text(_window_text(self._state.window))
+            self.where.full_text = _window_text(self._state.window)
 
     def _say(self, place: Triple | None) -> None:
         """Show value and place under the mouse, or at the cross-hair."""
@@ -477,8 +477,8 @@ class SlicesColumn(QWidget):
         numbers = [f"{axis} {_written(number, step)}" for axis, number in found]
         where = "  ".join([*numbers, volume.file.spacing_unit]).rstrip()
         # Two lines in any case, so that they are level with the menu.
-        self.value.set_full_text("  ".join(filter(None, (said, name, voxel if where else ""))))
-        self.where.set_full_text(where or voxel)
+        self.value.full_text = "  ".join(filter(None, (said, name, voxel if where else "")))
+        self.where.full_text = where or voxel
 
 
 def _window_text(window: Range) -> str:

@@ -183,8 +183,8 @@ class SensitivityState(QObject):
         self._set_band(Band(min(one, other), max(one, other), kept=True, effect=effect))
 
     def show_effect(self, effect: bool) -> None:
-        """Show what an edit of the band would change, or where it is visible."""
-        if self.band is not None and not self.dragging:
+        """Show what an edit at the value under the mouse would change, or where it is visible."""
+        if self.band is not None and not (self.band.kept or self.dragging):
             self._set_band(replace(self.band, effect=effect))
 
     def finish_band(self) -> None:

@@ -73,7 +73,7 @@ class TransferFunctionEditor(QFrame):
 
     def show_pane(self, name: str) -> None:
         """Name the pane whose TF is edited; empty where there is no other."""
-        self.pane_button.set_title(f"TF of {name}")
+        self.pane_button.title = f"TF of {name}"
         self.pane_button.setVisible(bool(name))
 
     def set_scale(self, data: PlotData) -> None:
@@ -234,18 +234,14 @@ class DockSplitter(QSplitter):
     def eventFilter(self, _watched: QObject, event: QEvent) -> bool:
         """Restore the usual height on a double click on the line."""
         if event.type() == QEvent.Type.MouseButtonDblClick:
-            self.reset()
+            self.set_share(None)
+            self.shareChanged.emit()
         return False
 
     def set_share(self, share: float | None) -> None:
         """Give the editor a part of the window's height; None for the usual one."""
         self.share = share
         self._apply()
-
-    def reset(self) -> None:
-        """Give the editor its usual height."""
-        self.set_share(None)
-        self.shareChanged.emit()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Keep the editor's share."""

@@ -69,9 +69,20 @@ def ask_for_file(context: Context, title: str, filters: str = "") -> Path | None
 
 
 def ask_for_place(
-    context: Context, title: str, filters: str, suffixes: tuple[str, ...], name: str = ""
+    context: Context,
+    title: str,
+    filters: str,
+    suffixes: tuple[str, ...],
+    otherwise: str = "",
+    ending: str = "",
 ) -> Path | None:
-    """Ask for a file to write; None if the user cancels."""
+    """Ask for a file to write; None if the user cancels.
+
+    The open volume's name is proposed or, without a volume, another one; none if that is empty.
+    """
+    opened = context.workspace.opened
+    known = "" if opened is None else file_name(opened.volume.name)
+    name = f"{known or otherwise}{ending or suffixes[0]}" if otherwise else ""
     start = str(Path(context.preferences.settings.last_folder) / name)
     chosen, kind = QFileDialog.getSaveFileName(context.window, title, start, filters)
     if not chosen:
@@ -85,13 +96,6 @@ def ask_for_place(
         if path.exists() and QMessageBox.question(context.window, "Replace", text) != buttons.Yes:
             return None
     return _chosen(context, str(path))
-
-
-def proposed_name(context: Context, otherwise: str, suffix: str) -> str:
-    """Return a new file's name: after the open volume, or a default."""
-    opened = context.workspace.opened
-    name = "" if opened is None else file_name(opened.volume.name)
-    return f"{name or otherwise}{suffix}"
 
 
 def file_name(name: str) -> str:

@@ -24,7 +24,7 @@ from app.picture import save_image, suffixes
 from app.state.open_model import LIGHTS
 from app.state.settings import FigureSettings
 from app.state.slow_answers import SlowAnswers
-from app.window.context import Context, ask_for_place, proposed_name
+from app.window.context import Context, ask_for_place
 from app.window.figure import (
     GAP,
     Comparison,
@@ -174,7 +174,6 @@ class FigureSaving(QObject):
         filters, endings, name = FIGURE_FILTER, suffixes(), "figure"
         if choice.seconds:
             filters, endings, name = MOVIE_FILTER, SUFFIXES, "turntable"
-        name = proposed_name(self._context, name, endings[0])
         return ask_for_place(self._context, "Save figure", filters, endings, name)
 
     def first_choice(self) -> FigureChoice:

@@ -15,14 +15,7 @@ from app.number_box import significant
 from app.state.session import SUFFIX
 from app.state.settings import RecentKind
 from app.state.volume_opening import Wanted
-from app.window.context import (
-    OPEN_FILTER,
-    VOLUME_FILTER,
-    Context,
-    ask_for_file,
-    ask_for_place,
-    proposed_name,
-)
+from app.window.context import OPEN_FILTER, VOLUME_FILTER, Context, ask_for_file, ask_for_place
 from app.window.raw_dialog import RawDialog
 from app.window.sessions import Sessions
 from app.window.volume_dialogs import ContentsDialog, LabelsDialog, PropertiesDialog
@@ -162,8 +155,7 @@ class Files(QObject):
 
     def save_transfer_function(self) -> None:
         """Ask for a file and write the TF to it."""
-        name = proposed_name(self._context, "tf", TF_SUFFIX)
-        path = ask_for_place(self._context, "Save TF", TF_FILTER, (TF_SUFFIX,), name)
+        path = ask_for_place(self._context, "Save TF", TF_FILTER, (TF_SUFFIX,), "tf")
         if path is None:
             return
         if self._context.saved(KEY, self._context.state.transfer_function.save, path):
@@ -213,8 +205,8 @@ class Files(QObject):
     def save_mask(self) -> None:
         """Ask for a file and write the mask to it, without its edge: its voxels are measured."""
         opened, mask = self._workspace.opened, self._context.state.mask_input.value
-        name = proposed_name(self._context, "volume", f".mask{MASK_SUFFIXES[0]}")
-        path = ask_for_place(self._context, "Save mask", MASK_FILTER, MASK_SUFFIXES, name)
+        name = "volume", f".mask{MASK_SUFFIXES[0]}"
+        path = ask_for_place(self._context, "Save mask", MASK_FILTER, MASK_SUFFIXES, *name)
         if path is not None and opened is not None and mask is not None:
 
             def write() -> Callable[[], object]:

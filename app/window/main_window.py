@@ -115,7 +115,7 @@ class MainWindow(WindowParts):
         """Show the effect of edits while Ctrl or W is held; end actions by Escape."""
         self._alt_alone = event.key() == Qt.Key.Key_Alt
         if event.key() == Qt.Key.Key_Control:
-            self._show_effect(True)
+            self.sensitivity_state.show_effect(True)
         if event.key() == Qt.Key.Key_W and not event.modifiers():
             if not event.isAutoRepeat():
                 self.sensitivity.what_if.start()
@@ -125,7 +125,7 @@ class MainWindow(WindowParts):
     def keyReleaseEvent(self, event: QKeyEvent) -> None:
         """Show the images again, or mark where the value under the mouse is visible."""
         if event.key() == Qt.Key.Key_Control:
-            self._show_effect(False)
+            self.sensitivity_state.show_effect(False)
         if event.key() == Qt.Key.Key_Alt and self._alt_alone and self.top_bar.is_folded:
             self.top_bar.open_menus()
         if event.key() == Qt.Key.Key_W and not event.isAutoRepeat():
@@ -194,12 +194,6 @@ class MainWindow(WindowParts):
             return True
         # Wherever the focus is: the status line shows the keys of the area under the mouse.
         return self.browser.escape() or self.notice.dismiss_newest()
-
-    def _show_effect(self, effect: bool) -> None:
-        """Show the effect of edits at the value under the mouse, or where it is visible."""
-        band = self.sensitivity_state.band
-        if band is not None and not band.kept:
-            self.sensitivity_state.show_effect(effect)
 
     def _move_focus(self, step: int) -> None:
         """Give the focus to the next area of the window, or to the one before."""
@@ -324,8 +318,7 @@ class MainWindow(WindowParts):
         self.scene_notices.start_volume(volume)
         shape = " × ".join(str(n) for n in volume.dimensions)
         self.setWindowTitle(f"{volume.name} ({shape}) – tfscope")
-        self.top_bar.volume.set_title(volume.name)
-        self.top_bar.volume.set_detail(shape)
+        self.top_bar.volume.title, self.top_bar.volume.detail = volume.name, shape
         self.browser.units = volume.units
         self.overlays.start_volume(Subject(volume.units, Scale.of(volume, opened.shown)))
         self.tools.setEnabled(True)

@@ -14,7 +14,7 @@ from app.state.opened_volume import OpenedVolume
 from app.state.session import SUFFIX, Session, SessionContent, SessionError, kept_mask
 from app.state.settings import ImageSettings, SessionSettings, part_of
 from app.state.volume_opening import Wanted
-from app.window.context import VOLUME_FILTER, Context, ask_for_file, ask_for_place, proposed_name
+from app.window.context import VOLUME_FILTER, Context, ask_for_file, ask_for_place
 from app.window.overlays import Overlays
 from app.window.window_memory import WindowMemory
 from model.errors import TfscopeError
@@ -54,8 +54,7 @@ class Sessions(QObject):
 
     def ask_and_save(self) -> None:
         """Ask for a file and save the session to it."""
-        name = proposed_name(self._context, "session", SUFFIX)
-        path = ask_for_place(self._context, "Save session", SESSION_FILTER, (SUFFIX,), name)
+        path = ask_for_place(self._context, "Save session", SESSION_FILTER, (SUFFIX,), "session")
         if path is not None:
             self._memory.note()
             self.save(path)

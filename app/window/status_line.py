@@ -49,11 +49,11 @@ class StatusLine(QStatusBar):
             "is half the shorter side of the image)"
         )
         tip = "Renderers are compiled once per data type and light"
-        self._prepared = named(QProgressBar(), tip=tip)
-        self._prepared.setFixedSize(PREPARED_WIDTH, HEIGHT - 6)
-        self._prepared.hide()
+        self.prepared = named(QProgressBar(), tip=tip)
+        self.prepared.setFixedSize(PREPARED_WIDTH, HEIGHT - 6)
+        self.prepared.hide()
         self.addWidget(self._left, 1)
-        self.addPermanentWidget(self._prepared)
+        self.addPermanentWidget(self.prepared)
         self.addPermanentWidget(self.view)
         self.setSizeGripEnabled(False)
         self._rest = Pause(self, NEWS_MS, lambda: self.say(""))
@@ -70,14 +70,9 @@ class StatusLine(QStatusBar):
         """The whole sentence; empty if there is none."""
         return self._news.full_text
 
-    @property
-    def preparation(self) -> str:
-        """Progress of compiling the renderers, in words; empty once they are ready."""
-        return "" if self._prepared.isHidden() else self._prepared.text()
-
     def say(self, text: str) -> None:
         """Show a new sentence; an empty one brings the keys back."""
-        self._news.set_full_text(text)
+        self._news.full_text = text
         self._left.setCurrentWidget(self._news if text else self._keys)
         self._rest.stop()
         if text:
@@ -87,10 +82,10 @@ class StatusLine(QStatusBar):
 
     def show_preparation(self, done: int, wanted: int, text: str) -> None:
         """Show how many groups of kernels are compiled, and the time left."""
-        self._prepared.setFormat(text.replace("%", "%%"))
-        self._prepared.setMaximum(max(wanted, 1))
-        self._prepared.setValue(done)
-        self._prepared.setVisible(done < wanted)
+        self.prepared.setFormat(text.replace("%", "%%"))
+        self.prepared.setMaximum(max(wanted, 1))
+        self.prepared.setValue(done)
+        self.prepared.setVisible(done < wanted)
 
     def start_volume(self) -> None:
         """Show the keys of images and plot, now that there is a volume."""

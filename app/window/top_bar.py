@@ -30,7 +30,7 @@ class TopBar(QWidget):
         self.menus = IconButton("menu", "Menus", "F10")
         self.menus.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
         self.volume = CaptionButton()
-        self.volume.set_title("No volume")
+        self.volume.title = "No volume"
         self.light, self.exactness = light, exactness
         self.compare = IconButton("compare", "Compare", "C", "Two images side by side")
         self.difference = IconButton("difference", "Difference", "D", "Where the two images differ")
@@ -74,7 +74,7 @@ class TopBar(QWidget):
         self.menus.setVisible(folded)
         # A hidden bar's keys do not work; the one button has them as well.
         self.menu_bar.setVisible(not folded)
-        self.volume.set_folded(folded)
+        self.volume.is_folded = folded
         self.exactness.set_folded(folded)
         self.browse.set_caption("" if folded else "Browse TFs")
         # At once: a wider control would be cut until the next event.

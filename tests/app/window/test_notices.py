@@ -306,7 +306,7 @@ def test_a_window_without_a_volume_offers_some(qtbot, make_window, builders):
     assert not window.tools.isEnabled() and not window.editor.isEnabled()
     assert not any(cube.isVisible() for cube in window.findChildren(OrientationCube))
     assert window.status.keys == "[Ctrl O] open a volume"
-    assert not window.reference.caption.isVisible() and not window.status._view.isVisible()
+    assert not window.reference.caption.isVisible() and not window.status.view.isVisible()
     name = shipped_volumes()[0].stem
     builders.volumes[name] = make_volume(name)
     card.samples[0].click()

@@ -97,17 +97,17 @@ def test_vtk_draws_until_the_kernels_are_compiled(qtbot, held):
     assert (work.settings.lighting, work.settings.renderer) == ("direct", "vtk")
     assert analyst.state is EngineState.WAITING
     assert not window.workspace.is_settled
-    assert "0 of 2" in window.status.preparation
+    assert "0 of 2" in window.status.prepared.text()
 
     preparation.finish(images)
     assert work.settings.lighting == "path"
     assert analyst.state is EngineState.WAITING
-    assert "1 of 2" in window.status.preparation
+    assert "1 of 2" in window.status.prepared.text()
     qtbot.waitUntil(lambda: window.workspace.is_settled, timeout=1000 * PATIENCE_S)
 
     preparation.finish(questions)
     qtbot.waitUntil(lambda: analyst.is_ready, timeout=1000 * PATIENCE_S)
-    assert window.status.preparation == ""
+    assert window.status.prepared.isHidden()
 
     answers = window.workspace.sensitivity
     qtbot.waitUntil(lambda: bool(answers.regions), timeout=1000 * PATIENCE_S)

@@ -88,13 +88,13 @@ def test_everything_has_room_at_any_size_and_nothing_moves(qtbot, make_window):
     qtbot.waitUntil(lambda: window.editor.is_folded and image.height() > height + 150)
     editing.trigger()
     qtbot.waitUntil(lambda: not window.editor.is_folded and image.height() == height)
-    bar.volume.set_title("a volume whose file has a name of quite some length, 2026-11-25, final")
+    bar.volume.title = "a volume whose file has a name of quite some length, 2026-11-25, final"
     light = window.reference_controls.light
     wide = light.sizeHint()
-    light.set_title("Path traced")
+    light.title = "Path traced"
     assert light.sizeHint() == wide
     # As on a machine that is too slow for light.
-    light.set_title("None (too slow)")
+    light.title = "None (too slow)"
     for size in SIZES:
         window.up_axis_card.hide()
         window.resize(*size)
