@@ -63,7 +63,7 @@ def test_it_is_there_for_what_is_not_exact_alone(qtbot, pane):
         not line.isHidden() and line.fidelity.text == line.text() == line.accessibleName() == words
     )
     assert "1 sample per pixel" in line.toolTip() and "RMSE" in line.toolTip()
-    line._passes = lambda: True
+    work.wanted = "another renderer"
     pane.statusShown.emit()
     assert line.fidelity.text == "estimated error .012, refining"
     pane._speed, pane._said_at = "moving 9 fps", np.inf  # said just now
