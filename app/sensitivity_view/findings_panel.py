@@ -190,8 +190,6 @@ class SourceLabel(QLabel):
         self.setFocusPolicy(Qt.FocusPolicy.TabFocus if text else Qt.FocusPolicy.NoFocus)
         if text != self.text():
             self.setText(text)
-        # By Tab, too, if it says something; Enter opens the glossary.
-        self.setFocusPolicy(Qt.FocusPolicy.TabFocus if text else Qt.FocusPolicy.NoFocus)
 
 
 class FindingsPanel(QFrame):

@@ -48,8 +48,8 @@ def most_different(overview: Overview, wanted: NDArray[np.bool_]) -> NDArray[np.
     typical = _medoids(places)
     least = (255 * DIFFERENT) ** 2 * overview.pictures[0].size
     chosen = _far_apart(places, typical[:1], typical, least)
-    # If too few typical ones differ, rare ones are added.
-    chosen = _far_apart(places, chosen, np.arange(len(places)), 0)
+    # If too few typical ones differ, rare ones are added; if all are alike, one more than once.
+    chosen = np.unique(_far_apart(places, chosen, np.arange(len(places)), 0))
     # The farthest ones alone are not far from the next ones.
     chosen = _spread(places, chosen, typical)
     return found[chosen[_on_a_square(places[chosen])]]
@@ -63,7 +63,9 @@ def _principal_components(pictures: NDArray[np.uint8]) -> NDArray[np.float32]:
     known -= known.mean(axis=0)
     # By their products, of which there are fewer than of all pixels.
     count, begin = min(COMPONENTS, len(known) - 1), np.random.default_rng(0).random(len(known))
-    lengths, turns = eigsh(known @ known.T, count, v0=begin.astype(np.float32))
+    # A little more, as it fails without any differences.
+    products = known @ known.T + np.eye(len(known), dtype=np.float32)
+    lengths, turns = eigsh(products, count, v0=begin.astype(np.float32))
     axes = (known.T @ (turns / np.sqrt(np.maximum(lengths, 1e-3))))[:, ::-1]
     parts = np.array_split(pictures, len(pictures) // _PART + 1)
     return np.concatenate([part.astype(np.float32) @ axes for part in parts])
@@ -116,7 +118,7 @@ def _spread(
         gains = sums[now] - sums[:, None] + forces[:, now]
         gains[now] = 0
         new, old = np.unravel_index(gains.argmax(), gains.shape)
-        if gains[new, old] < 1e-6 * sums[now].sum():
+        if gains[new, old] <= 1e-6 * sums[now].sum():
             return known[now]
         now[old] = new
 

@@ -33,6 +33,10 @@ def test_the_most_different_are_one_of_each_kind():
     wanted[[3, 50, 90]] = True
     assert sorted(most_different(overview, wanted)) == [3, 50, 90]
     assert len(most_different(overview, none)) == 0
+    # Of pictures that are alike, there is one.
+    for few in (1, 2):
+        alike = np.repeat(pictures[:few], 50, axis=0)
+        assert len(most_different(shown(alike), np.ones(len(alike), bool))) == few
 
 
 def test_no_exchange_moves_the_most_different_further_apart(monkeypatch):
