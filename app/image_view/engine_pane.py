@@ -267,7 +267,7 @@ class EnginePane(QWidget):
         if state is EngineState.FAILED or is_refused:
             return "failed", "error"
         if self.rgba is None:
-            return "", "dim"
+            return self.note, "dim"
         if self._is_late:
             return DRAWING, "change"
         coming = f"{self._coming} follows" if self._coming else ""

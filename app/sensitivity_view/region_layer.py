@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from html import escape
 from typing import cast
 
-from PySide6.QtCore import QEvent, QObject, QPoint, QPointF, QRect, QRectF, QSize, Qt
+from PySide6.QtCore import QEvent, QObject, QPoint, QPointF, QRect, QRectF, Qt
 from PySide6.QtGui import QColor, QCursor, QMouseEvent, QPainter, QPen, QPolygonF
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QWidget
 
@@ -394,9 +394,6 @@ class PlaceLabel(Card):
         self.text.setText(f"<table>{self._links}{rows}</table>" if rows else nothing)
         said = ", ".join(" ".join(line) for line in lines)
         self.setAccessibleName(f"Values here: {said or nothing}")
-        self.text.setMinimumSize(self.text.size() if is_same else QSize(0, 0))
-        across = Qt.AlignmentFlag.AlignTop if is_same else Qt.AlignmentFlag.AlignVCenter
-        self.text.setAlignment(across | Qt.AlignmentFlag.AlignLeft)
         self._last = place
         self._place()
         self.show()
