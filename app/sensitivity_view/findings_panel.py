@@ -186,8 +186,6 @@ class SourceLabel(QLabel):
     def refresh(self) -> None:
         """Name the present sources."""
         text = source_text(self._workspace)
-        # By Tab, too, where there is a text; Enter opens the glossary.
-        self.setFocusPolicy(Qt.FocusPolicy.TabFocus if text else Qt.FocusPolicy.NoFocus)
         if text != self.text():
             self.setText(text)
 
