@@ -285,7 +285,7 @@ def test_the_difference_is_said_and_shown_over_b(qtbot, window):
     found = window.image_error.compared
     # Fakes have a level of red for each TF.
     reds = [pane.rgba[0, 0, 0] for pane in (window.pane_b, window.reference)]
-    assert found.difference == pytest.approx(0.2126 * (reds[0] - reds[1]), abs=1e-6)
+    np.testing.assert_allclose(found.difference, 0.2126 * (reds[0] - reds[1]), atol=1e-6)
     assert f"differs from A by {found.error:.3f}".replace(" 0.", " .") == window.pane_b.note
     assert not window.generator.note
     # Not while a finer image follows.
@@ -300,7 +300,8 @@ def test_the_difference_is_said_and_shown_over_b(qtbot, window):
         assert window.pane_b.note.startswith("differs") and window.image_error._difference
     window.state.tf_input.swap()
     settle(qtbot, window)
-    assert window.image_error.compared.difference == pytest.approx(-found.difference)
+    swapped = window.image_error.compared.difference
+    np.testing.assert_allclose(swapped, -found.difference, atol=1e-12)
 
 
 def test_in_one_image_the_line_divides_a_from_b(qtbot, window):
