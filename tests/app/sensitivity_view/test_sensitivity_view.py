@@ -303,7 +303,9 @@ def test_hovering_shows_where_the_value_is_visible_and_with_ctrl_what_an_edit_wo
     qtbot.waitUntil(lambda: "part of a pixel" in cover.caption)
 
 
-def test_exact_and_learned_fields_have_one_scale(qtbot, window, builders, monkeypatch):
+def test_exact_and_learned_fields_have_one_scale_which_a_click_on_the_bar_locks(
+    qtbot, window, builders, monkeypatch
+):
     answer = FakeEngine.value_sensitivity
 
     def of_the_generator(request, *_):
@@ -317,6 +319,17 @@ def test_exact_and_learned_fields_have_one_scale(qtbot, window, builders, monkey
     edit = edit_over(band.values, (100.0, 200.0), window.sensitivity_state.choices.width)
     highest = shown_field(np.full((16, 16, 3), 1.5 * 140.0), edit, "signed")
     qtbot.waitUntil(lambda: exact.scale == learned.scale == pytest.approx(scale_of(highest)))
+    scale = exact.scale
+    QTest.mouseClick(learned.bar, Qt.MouseButton.LeftButton)
+    assert window.sensitivity_state.choices.locked and window.sensitivity.chips.lock.isChecked()
+    window.sensitivity_state.keep(199.0)
+
+    def is_answered():
+        field = window.workspace.sensitivity.fields.get("exact")
+        return field is not None and field.request.values == (199.0, 199.0)
+
+    qtbot.waitUntil(is_answered)
+    assert exact.scale == scale
 
 
 def test_the_wheel_widens_and_a_drag_pins_a_band(qtbot, window):
@@ -360,22 +373,6 @@ def test_a_field_is_never_over_another_image(qtbot, window, builders):
     qtbot.waitUntil(lambda: window.workspace.sensitivity.fields["exact"].is_of(window.state.inputs))
     qtbot.waitUntil(lambda: drawn.opacity() == 1)
     analyst.gate = None
-
-
-def test_a_click_on_the_colour_bar_locks_its_scale(qtbot, window):
-    window.sensitivity_state.keep(150.0)
-    qtbot.waitUntil(lambda: window.reference.canvas.cover is not None)
-    scale = window.sensitivity.exact.scale
-    QTest.mouseClick(window.sensitivity.learned.bar, Qt.MouseButton.LeftButton)
-    assert window.sensitivity_state.choices.locked and window.sensitivity.chips.lock.isChecked()
-    window.sensitivity_state.keep(199.0)
-
-    def is_answered():
-        field = window.workspace.sensitivity.fields.get("exact")
-        return field is not None and field.request.values == (199.0, 199.0)
-
-    qtbot.waitUntil(is_answered)
-    assert window.sensitivity.exact.scale == scale
 
 
 def test_what_if_shows_the_edit_while_the_key_is_held(qtbot, window):

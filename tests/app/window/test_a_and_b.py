@@ -172,8 +172,16 @@ def test_renderers_that_were_exchanged_come_back(qtbot, window, builders):
     qtbot.waitUntil(lambda: b.closed)
 
 
-def test_what_b_cannot_be_drawn_by_is_said_there(qtbot, window, builders):
-    builders.failing, canvas = "soft", window.pane_b.canvas
+def test_what_b_cannot_be_drawn_by_and_an_image_that_fails_are_said_there(qtbot, window, builders):
+    canvas = window.pane_b.canvas
+    builders.references[-1].error = ValueError("no memory")
+    window.state.tf_input.set(OTHER, "another")
+    qtbot.waitUntil(lambda: "no memory" in canvas.message)
+    assert not window.reference.canvas.message
+    builders.references[-1].error = None
+    window.state.edits.undo()
+    qtbot.waitUntil(lambda: not canvas.message)
+    builders.failing = "soft"
     window.workspace.reference.choose_look(lighting="soft")
     qtbot.waitUntil(lambda: "no light" in canvas.message)
     window.pane_b._be_late()
@@ -409,13 +417,3 @@ def test_figures_have_both_with_one_legend(qtbot, window, builders, tmp_path, mo
     assert abs(np.diff(frames[:2, 150, 680].astype(int), axis=0)).max() > 20
     views, tfs = [r.inputs.view for r in asked], {r.inputs.opacity_tf for r in asked}
     assert len(views) == 8 and views[::2] == views[1::2] and len(set(views)) == 4 and len(tfs) == 2
-
-
-def test_an_image_of_b_that_fails_says_so(qtbot, window, builders):
-    builders.references[-1].error = ValueError("no memory")
-    window.state.tf_input.set(OTHER, "another")
-    qtbot.waitUntil(lambda: "no memory" in window.pane_b.canvas.message)
-    assert not window.reference.canvas.message
-    builders.references[-1].error = None
-    window.state.edits.undo()
-    qtbot.waitUntil(lambda: not window.pane_b.canvas.message)
