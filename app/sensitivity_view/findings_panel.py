@@ -322,6 +322,8 @@ class FindingsPanel(QFrame):
         """Show the present values and edits, unless something moves: images come first."""
         asker, layer = self._asker, self._layer
         if asker.state.live:
+            # In a drag the mouse is elsewhere; from the menu, it may not have come back.
+            layer.holds = False
             return
         self.values = self.values.of(asker, layer.holds)
         values = values_found(asker, self.values.found)
