@@ -247,10 +247,8 @@ class SliceView(pg.GraphicsView):  # type: ignore[misc]
         self._crop.move(box)
 
     def _go_to(self, number: int) -> None:
-        axis = self.plane.axis
-        self._state.scroll(
-            axis, number - 1 - slices.voxel_of(self._volume, self._state.place)[axis]
-        )
+        axis, state = self.plane.axis, self._state
+        state.scroll(axis, number - 1 - slices.voxel_of(self._volume, state.place)[axis])
 
     def _nearest_place(self, position: QPointF) -> Triple:
         at = self._box.mapSceneToView(position)
@@ -262,8 +260,7 @@ class SliceView(pg.GraphicsView):  # type: ignore[misc]
         if self._is_fit:
             self.fit()
         if self.underMouse():
-            position = self.mapFromGlobal(QCursor.pos())
-            self._state.hovered.emit(self.place_under(QPointF(position)))
+            self._state.hovered.emit(self.place_under(self.mapFromGlobal(QPointF(QCursor.pos()))))
 
     def wheelEvent(self, event: QWheelEvent) -> None:
         """Scroll, or zoom to the mouse."""
