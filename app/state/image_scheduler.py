@@ -103,12 +103,17 @@ class ImageScheduler(QObject):
         self._still.start()
         self._let_go()
         # Two path tracers share the time; a model takes little.
-        share = 2 if self.generator_follows and self._generator not in self.hidden else 1
+        share = 2 if self.generator_follows and self.shows_generator else 1
         self._ask(self._generator.images, live=share)
         if not self.compares:
             self._ask(self._reference.images, live=share)
         else:
             self._ask_both()
+
+    @property
+    def shows_generator(self) -> bool:
+        """Whether the generator's image is visible."""
+        return self._generator not in self.hidden
 
     def _refine(self) -> None:
         """Have images become better while what is dragged is held still."""

@@ -92,7 +92,7 @@ class ReferenceImage(QObject):
         self._is_first = False
         self._first_rest = Pause(self, FIRST_REST_MS, self._end_first)
         self._asked_lighting: LightingChoice | None = None
-        state.tf_input.paneChanged.connect(lambda: self.follow(self._scene))
+        state.tf_input.paneChanged.connect(self.follow_panes)
 
     @property
     def is_preparing(self) -> bool:
@@ -243,6 +243,10 @@ class ReferenceImage(QObject):
         if (self.settings, self.settings_b) != (before, before_b):
             self._scheduler.send()
 
+    def follow_panes(self) -> None:
+        """Adapt to which images are visible."""
+        self.follow(self._scene)
+
     def set_pane_pixels(self, width: int, height: int) -> None:
         """Set the pane's pixels; images follow once they stop changing."""
         self._pane_pixels = max(width, LEAST_PANE), max(height, LEAST_PANE)
@@ -288,7 +292,10 @@ class ReferenceImage(QObject):
 
     def _wanted_of(self, pane: PaneName) -> ReferenceSettings:
         shown = pane if self._state.tf_input.compares else "A"
-        return self.choices_of(shown).settings(self._scene, self.slow_lights)
+        wanted = self.choices_of(shown).settings(self._scene, self.slow_lights)
+        # Where no model's image is compared with it, the faster and finer renderer stays.
+        is_compared = self._scheduler.shows_generator
+        return replace(wanted, is_truth=wanted.is_truth and is_compared)
 
     def _size_images(self) -> None:
         size, scheduler = self.choices.reference_size, self._scheduler

@@ -178,6 +178,7 @@ class Workspace(QObject):
         missed = bool(self._scheduler.hidden - hidden) or (b and not self._scheduler.compares)
         self._scheduler.hidden, self._scheduler.compares = hidden, b
         self.sensitivity.see_model(generator)
+        self.reference.follow_panes()
         if not b:
             self._clients.reference.images_b.cancel()
             self._clients.reference.free()

@@ -18,7 +18,7 @@ TIME_GROWTH = 0.83
 """Exponent of a picture's time by its number of pixels: neighbours share cached voxels. For four of
 five of the ray caster's pictures of 256 to 1024 columns it is .82 to .98."""
 
-LARGE, LARGER = 3.0, 4.0  # pixels of a voxel from which on normals are blurred, and fully so
+LARGE, LARGER = 2.5, 3.5  # pixels of a voxel from which on normals are blurred, and fully so
 BLUR = 1 / 3  # of large voxels: share of each of three in a difference across it, as Prewitt's
 
 _Number = TypeVar("_Number", bound=np.generic)
@@ -188,8 +188,11 @@ def at_size_of(
     return np.asarray(resized, dtype=np.float32)
 
 
-def blur_of(view: View, volume: Volume, raster: Raster) -> float:
-    """Return the share of each of two neighbours in a difference of voxels: 0 to :data:`BLUR`."""
+def blur_of(view: View, volume: Volume, raster: Raster, size: float | None = None) -> float:
+    """Return the share of each of two neighbours in a difference of voxels: 0 to :data:`BLUR`.
+
+    A voxel counts by its longest side, as thick slices show their steps, or by a given size.
+    """
     half = view.camera_distance(volume.radius) * math.tan(math.radians(VIEW_ANGLE / 2))
-    pixels = volume.voxel_size * raster.shorter / 2 / half
+    pixels = (size or max(volume.spacing)) * raster.shorter / 2 / half
     return min(max((pixels - LARGE) / (LARGER - LARGE), 0.0), 1.0) * BLUR

@@ -202,7 +202,7 @@ class PathTracer:
         self, inputs: SceneInputs, raster: Raster, distance: float | None, at_rest: bool
     ) -> _Seen:
         distance, volume = distance or self.sample_distance, self._volume
-        blur = blur_of(inputs.view, volume, raster) if at_rest else 0.0
+        blur = blur_of(inputs.view, volume, raster, volume.voxel_size) if at_rest else 0.0
         if blur > 0:
             distance /= FINER
         return _Seen(

@@ -213,8 +213,11 @@ def test_keys_reach_every_area_and_the_status_line_says_those_under_the_mouse(
     qtbot.waitUntil(canvas.hasFocus)
     window.top_bar._fold(True)
     assert not window.top_bar.menu_bar.isVisible() and window.top_bar.menus.isVisible()
+    # VTK draws at rest only next to a model's image, whose truth it is.
+    assert window.workspace.reference.settings.is_truth
     QTest.keyClick(canvas, Qt.Key.Key_C)
     assert window.panes.images == [window.reference]
+    assert not window.workspace.reference.settings.is_truth
     assert len([a for a in window.top_bar.menus.actions() if a.menu() is not None]) == 5
     opened = []
     monkeypatch.setattr(window.top_bar, "open_menus", lambda: opened.append(True))

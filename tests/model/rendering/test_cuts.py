@@ -7,9 +7,11 @@ import numpy as np
 import pytest
 from drawing import MODES, RAINBOW, RANGE, drawn, rms
 
+from model.rendering.path_tracing import renderer
 from model.rendering.path_tracing.renderer import PathTracer
 from model.rendering.raster import Raster
 from model.rendering.ray_places import places_along
+from model.rendering.raycast import renderer as raycast
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.rendering.renderer import open_renderer
 from model.rendering.scale_bar import Scale
@@ -48,6 +50,14 @@ cuts = pytest.mark.parametrize(
 )
 
 
+@pytest.fixture
+def sharp_normals(monkeypatch):
+    """No blurred normals, which the slow ray caster does not have."""
+    for module in (renderer, raycast):
+        monkeypatch.setattr(module, "blur_of", lambda *_: 0.0)
+
+
+@pytest.mark.usefixtures("sharp_normals")
 @cuts
 @pytest.mark.parametrize("lighting", ["none", "direct", "soft"])
 def test_the_ray_caster_draws_what_the_slow_one_draws(view, clip, lighting):
@@ -98,6 +108,7 @@ def test_a_plane_along_a_face_is_the_crop_boxs(axis, side):
         np.testing.assert_allclose(one, other, atol=1e-9)
 
 
+@pytest.mark.usefixtures("sharp_normals")
 @pytest.mark.parametrize("view", [PERSPECTIVE, NEAR])
 def test_path_traced_light_takes_the_plane_as_a_face(view):
     volume = noisy()

@@ -8,11 +8,12 @@ from drawing import MODES, RAINBOW, rms
 
 from model.errors import RenderError
 from model.rendering.movie_file import write_movie
-from model.rendering.raster import Raster, fill_white_squares, resized
+from model.rendering.raster import BLUR, Raster, blur_of, fill_white_squares, resized
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.rendering.vtk_renderer import VtkRenderer
 from model.scene.inputs import SceneInputs
 from model.scene.view import View
+from model.scene.volume import Volume
 
 INPUTS = SceneInputs(View(35.0, 20.0, 5.0, 0.8), MODES, RAINBOW)
 SIZE = 32
@@ -118,6 +119,15 @@ def test_movies_can_be_read_again(tmp_path, suffix):
     assert read.shape[:3] == ((6, 47, 65) if suffix == ".gif" else (6, 46, 64))
     assert middle == pytest.approx(levels, abs=0.06)
     assert [p.name for p in tmp_path.iterdir()] == [path.name]
+
+
+def test_the_longest_side_of_a_voxel_decides_about_its_normals():
+    thin, cubes = (Volume(np.zeros((2, 2, 2), np.uint8), s) for s in ((1.0, 1.0, 3.0), (3.0,) * 3))
+    found = [blur_of(View(), cubes, Raster(side, 2 * side)) for side in (4, 400)]
+    assert found == [0.0, BLUR]
+    rasters = [Raster(side, side) for side in range(2, 20)]
+    size = thin.voxel_size
+    assert any(blur_of(View(), thin, r) > 0 == blur_of(View(), thin, r, size) for r in rasters)
 
 
 def test_movies_of_unknown_formats_are_refused(tmp_path):
