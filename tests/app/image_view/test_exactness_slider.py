@@ -94,7 +94,7 @@ def test_all_stops_are_measured_while_it_is_open(qtbot, make_window, builders):
     assert rest.text() == ".1 voxel steps"
     assert popover.rows["exact"][2].text() == ".05 voxel steps"
     said = popover.status.text()
-    assert f"{whole.width} × {whole.height} pixels" in said and "still" not in said
+    assert f"{whole.width} × {whole.height} pixels" in said and "moving" not in said
     # Each stop has the finest image that it has time for, or the fastest.
     seconds = [0.005, 0.02, 0.06, 0.11, 0.3, 0.5]
     trade_off.found = tuple(
@@ -106,7 +106,7 @@ def test_all_stops_are_measured_while_it_is_open(qtbot, make_window, builders):
     *coarse, last = trade_off.found
     trade_off.found = *coarse, replace(last, error=0.0054)
     popover.refresh()
-    assert "differ by .0054 from the image at rest, which VTK draws" in popover.status.text()
+    assert "image differs by .0054 from that at rest, which VTK draws" in popover.status.text()
     texts = [each for each in popover.plot.items() if isinstance(each, pg.TextItem)]
     marked = {each.toPlainText(): each.pos() for each in texts}
     assert {name: round(10 ** at.x(), 3) for name, at in marked.items()} == {
