@@ -183,7 +183,6 @@ def test_figures_of_both_images_begin_as_the_screen_and_wait_for_both(
     wide = np.zeros((20, 60, 4), np.float32)
     wide[..., 3] = wide[:, 20:40] = 1
     monkeypatch.setattr(EnginePane, "whole", wide)
-    window.panes.shown = "both"
     action(window, "Copy image").trigger()
     qtbot.waitUntil(lambda: window.status.news == "Copied.")
     copied = QGuiApplication.clipboard().image()
