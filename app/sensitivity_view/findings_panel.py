@@ -188,6 +188,8 @@ class SourceLabel(QLabel):
         text = source_text(self._workspace)
         if text != self.text():
             self.setText(text)
+        # By Tab, too, where there is a text; Enter opens the glossary.
+        self.setFocusPolicy(Qt.FocusPolicy.TabFocus if text else Qt.FocusPolicy.NoFocus)
 
 
 class FindingsPanel(QFrame):
