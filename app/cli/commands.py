@@ -38,7 +38,6 @@ from model.volume_files.source import VolumeSource
 if TYPE_CHECKING:
     from typer.core import TyperGroup
 
-
 COMMANDS = {
     "info": Info, "render": Render, "sensitivity": Sensitivity, "latent": Latent,
     "dataset": Dataset, "train": Train, "evaluate": Evaluate, "study": Study, "paper": Paper,

@@ -266,7 +266,7 @@ class FindingsPanel(QFrame):
 
     @property
     def is_asked_for(self) -> bool:
-        """Whether it is open, and is not so by itself."""
+        """Whether it is open where it does not open by itself."""
         return self.is_open and not self._has_room
 
     def show_open(self) -> None:

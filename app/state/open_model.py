@@ -56,9 +56,8 @@ class OpenModel:
         # Whether one path-traced sample, denoised, replaces the model's image because the model
         # knows another light; or will, once the path tracer's kernels are compiled.
         self.draws_path = self.awaits_path = False
+        # Whether its image was asked for; False where path-traced light hid it; None if neither.
         self.shows_image: bool | None = None
-        """Whether its image was asked for; False where path-traced light hid it; None if neither.
-        """
         self._path_scene: tuple[Volume, ReferenceSettings] | None = None
         self._promised: Scene | None = None
         self._is_held = False

@@ -22,7 +22,6 @@ ReferenceSize = Literal["generator"] | Annotated[int, Meta(ge=16, le=8192)] | No
 
 ThemeChoice = Literal["system", "dark", "light"]  # the window's colours: the system's, or others
 
-
 BackgroundChoice = Literal["black", "gradient", "white"]  # background of the images
 
 RecentKind = Literal["volumes", "models", "transfer_functions", "sessions"]

@@ -176,9 +176,11 @@ class Workspace(QObject):
         seen = zip(self._images, (generator, reference), strict=True)
         hidden = frozenset(client for client, shown in seen if not shown)
         missed = bool(self._scheduler.hidden - hidden) or (b and not self._scheduler.compares)
+        is_other = hidden != self._scheduler.hidden
         self._scheduler.hidden, self._scheduler.compares = hidden, b
-        self.sensitivity.see_model(generator)
-        self.reference.follow_panes()
+        if is_other:
+            self.sensitivity.see_model(generator)
+            self.reference.follow_panes()
         if not b:
             self._clients.reference.images_b.cancel()
             self._clients.reference.free()

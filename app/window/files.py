@@ -204,14 +204,15 @@ class Files(QObject):
 
     def save_mask(self) -> None:
         """Ask for a file and write the mask to it, without its edge: its voxels are measured."""
-        opened, mask = self._workspace.opened, self._context.state.mask_input.value
+        opened, shown = self._workspace.opened, self._context.state.mask_input.value
         name = "volume", f".mask{MASK_SUFFIXES[0]}"
         path = ask_for_place(self._context, "Save mask", MASK_FILTER, MASK_SUFFIXES, *name)
-        if path is not None and opened is not None and mask is not None:
+        if path is not None and opened is not None and shown is not None:
 
             def write() -> Callable[[], object]:
-                write_mask(path, mask.exact, opened.volume)
-                size = volume_text(int(np.count_nonzero(mask.exact.shown)), opened.volume)
+                mask = shown.exact
+                write_mask(path, mask, opened.volume)
+                size = volume_text(int(np.count_nonzero(mask.shown)), opened.volume)
                 return partial(self._status.say, f"Saved {path.absolute()}: {size}.")
 
             # An earlier one may use the same file.

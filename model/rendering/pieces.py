@@ -35,13 +35,11 @@ class Piece:
 
     def left(self, mask: Mask | None, alone: bool) -> Mask | None:
         """Return a mask limited to the piece, or without it."""
-        bits, edge = (
-            np.frombuffer(each, np.uint8) for each in (self.voxels.bits, self.voxels.edge)
-        )
+        bits, edge = np.frombuffer(self.voxels.bits, np.uint8), self.voxels.edge_bits
         bits, edge = (bits, edge) if alone else (~bits, np.zeros_like(edge))
         if mask is not None:
             bits = bits & np.frombuffer(mask.bits, np.uint8)
-            edge = edge | np.frombuffer(mask.edge or bytes(len(edge)), np.uint8)
+            edge = edge | mask.edge_bits
         left = Mask.of_packed(self.voxels.shape, bits)
         return None if left is None else left.with_edge(edge)
 

@@ -49,8 +49,12 @@ class Mask:
     @property
     def exact(self) -> Mask:
         """The mask without its edge."""
-        edge = np.frombuffer(self.edge or bytes(len(self.bits)), np.uint8)
-        return Mask(self.shape, (np.frombuffer(self.bits, np.uint8) & ~edge).tobytes())
+        return Mask(self.shape, (np.frombuffer(self.bits, np.uint8) & ~self.edge_bits).tobytes())
+
+    @property
+    def edge_bits(self) -> NDArray[np.uint8]:
+        """The packed bits of the edge, 0 without one."""
+        return np.frombuffer(self.edge or bytes(len(self.bits)), np.uint8)
 
     @property
     def shown(self) -> NDArray[np.bool_]:

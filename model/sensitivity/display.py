@@ -27,7 +27,6 @@ UNIT = "change of pixel value per +.01 opacity"
 
 FLOOR = 1 / 2550  # least end of a scale: a tenth of an 8-bit step, the size of rounding
 LEAST_DIFFERENCE = 1 / 255  # least end of a scale of differences of images: an 8-bit step
-# By a measure, or by visibility.
 Shown = Measure | Literal["visible"]
 
 COLOR_MAPS = {

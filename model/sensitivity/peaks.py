@@ -142,8 +142,7 @@ def follow(
     gone: Callable[[Found], Found],
 ) -> tuple[Found, ...]:
     """List the present values in their order before an edit, and those that are gone."""
-    left: list[Found] = list(found)
-    listed: list[Found] = []
+    left, listed = [*found], list[Found]()
     for old in before:
         near = [new for new in left if is_same_value(new.value, old.value, scalar_range)]
         new = min(near, key=lambda new: abs(new.value - old.value), default=None)
