@@ -33,12 +33,6 @@ def clearly_seen(rgba: NDArray[np.uint8]) -> NDArray[np.bool_]:
     return np.asarray(brightness >= LEAST_BRIGHTNESS)
 
 
-def masked_rmse(image: Image, truth: Image, opacity: Image) -> float:
-    """RMSE over the pixels whose true opacity (H, W) exceeds 0.01; 0 if there are none."""
-    mask = opacity > 0.01
-    return rmse(image[mask], truth[mask]) if mask.any() else 0.0
-
-
 def ssim(image: Image, truth: Image) -> float:
     """Structural similarity (Wang et al. 2004) by windows of 7 x 7 pixels; 1 for equal images."""
     pair = np.clip(image, 0, 1).astype(np.float64), truth.astype(np.float64)

@@ -12,15 +12,10 @@ from model.networks.names import DeviceChoice
 from model.volume_files.source import VolumeSource
 
 MEASURES = {
-    "rmse": "image RMSE", "masked_rmse": "RMSE where opacity > .01", "emd": "colour EMD",
-    "ssim": "SSIM", "flip": "FLIP", "opacity_rmse": "opacity image RMSE",
-    "tf_rmse": "opacity TF RMSE",
+    "rmse": "image RMSE", "emd": "colour EMD", "ssim": "SSIM", "flip": "FLIP",
+    "opacity_rmse": "opacity image RMSE", "tf_rmse": "opacity TF RMSE",
 }  # fmt: skip
-AGREEMENTS = {
-    "image_cosine": "whole image, cosine", "image_rank": "whole image, rank correlation",
-    "block_cosine": "8 x 8 blocks, cosine", "block_rank": "8 x 8 blocks, rank correlation",
-    "single_cosine": "whole image, single bins, cosine",
-}  # fmt: skip
+AGREEMENTS = {"image_cosine": "whole image, cosine", "block_cosine": "8 x 8 blocks, cosine"}
 
 
 @dataclass(frozen=True, kw_only=True)

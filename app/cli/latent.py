@@ -116,10 +116,7 @@ class Latent:
             _write(self.out, map_, found, colors)
         samples = map_.samples
         singular = ", ".join(f"{value:.3g}" for value in samples.singular_values)
-        print(
-            f"{len(samples.codes):,} codes; singular values {singular}; "
-            f"effective dimension {samples.effective_dimension:.1f} of {samples.codes.shape[1]}."
-        )
+        print(f"{len(samples.codes):,} codes; singular values {singular}.")
 
     def _check(self) -> None:
         if self.near is not None and (self.grid is not None or self.at is not None):

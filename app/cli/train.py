@@ -42,11 +42,6 @@ class Train:
         "The paper's networks, losses, TFs, batches, rates, stages and epochs, nothing added.",
         default=False,
     )
-    color_attention: bool = option(
-        "A variant of the networks: pixels look their colours up in the colour TF, by an attention "
-        "over scalar values.",
-        default=False,
-    )
     width: float | None = option(
         "Channels of the networks, as a fraction of the paper's. (default: the preset's)",
         min=0.02,

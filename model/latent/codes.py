@@ -71,15 +71,6 @@ class CodeSamples:
     tfs: Opacities
     singular_values: NDArray[np.float32]  # (d,): standard deviations along principal axes
 
-    @property
-    def effective_dimension(self) -> float:
-        """Effective number of dimensions of the codes: exp of the entropy of their variances."""
-        variances = np.square(self.singular_values, dtype=np.float64)
-        if not variances.sum():
-            return 0.0
-        shares = variances / variances.sum()
-        return float(np.exp(-np.sum(shares * np.log(np.maximum(shares, 1e-300)))))
-
 
 def sample_codes(
     codec: TFCodec, tfs: NDArray[np.floating], count: int = SAMPLES, seed: int = 0

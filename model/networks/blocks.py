@@ -115,15 +115,6 @@ class ImageDiscriminator(nn.Sequential):
         layers += [nn.Conv2d(channels[-1], features, 4), nn.LeakyReLU(LEAK), nn.Flatten()]
         super().__init__(*layers)
 
-    def features(self, image: Tensor) -> list[Tensor]:
-        """Features after each halving of an image (N, channels[0], S, S), each (N, C, H, W)."""
-        found = []
-        for layer in list(self)[:-3]:
-            image = layer(image)
-            if isinstance(layer, nn.LeakyReLU):
-                found.append(image)
-        return found
-
 
 class Modulation(nn.Module):
     """Scale and shift of features by linear functions of a code; initially near the identity."""

@@ -5,7 +5,6 @@ from itertools import pairwise
 
 import torch
 from torch import Tensor, nn
-from torch.nn.functional import avg_pool1d
 
 from model.networks.blocks import (
     LEAK,
@@ -22,7 +21,6 @@ from model.networks.generator_network import EncodedInputs, GeneratorNetwork, La
 from model.networks.size import NetworkSize
 from model.scene.inputs import condition_numbers
 from model.scene.scene import Scene
-from model.scene.transfer_function import TF_SAMPLES
 from model.scene.view import VIEW_PARAMETERS
 
 
@@ -46,7 +44,7 @@ class OpacityGenerator(LatentCodec):
             blocks.append(ResidualBlock(a, b, kernel, last=b == 1, doubles=True))
         self.image = nn.Sequential(*blocks, nn.Tanh())
         # Of all blocks except the last, whose output is the image.
-        modulated = outputs[1:-1] if size.opacity_modulation else []
+        modulated = outputs[1:-1] if size.modulation else []
         self.modulations = nn.ModuleList(Modulation(c(512), n) for n in modulated)
         initialize(self)
 
@@ -99,46 +97,6 @@ def discriminator_channels(size: NetworkSize, image_size: int) -> list[int]:
     full = [512, 256, 128, 64, 64, 32]
     full += [32] * (halvings - len(full))
     return [size.channels(n) for n in reversed(full[:halvings])]
-
-
-BINS = 64  # number of ranges of scalar values, of equal width, that a pixel looks at
-KEY = 16  # length of the keys of scalar values and of the pixels' queries
-
-
-class ColorAttention(nn.Module):
-    """Attention of each pixel to scalar values, which mixes their colours.
-
-    A colour image is the opacity-weighted mean of the TF's colours along each ray. The paper's
-    translation draws these from a code of 32 numbers; here its decoder gives each scalar value's
-    share in a pixel, and gets the colours themselves.
-    """
-
-    def __init__(self, size: NetworkSize, channels: int) -> None:
-        super().__init__()
-        self.query = nn.Conv2d(channels, KEY, 1)
-        self.keys = nn.Parameter(torch.randn(KEY, BINS))
-        self.join = nn.Conv2d(channels + 3, channels, 1)
-        self.opaque = nn.Sequential(mlp(size.latent_dim, BINS), nn.Linear(BINS, BINS))
-
-    def forward(self, x: Tensor, latent: Tensor, table: Tensor) -> Tensor:
-        """Add the colours that pixels look up to their features."""
-        joined: Tensor = self.join(torch.cat([x, self.colors(x, latent, table)], 1))
-        return joined
-
-    def colors(self, x: Tensor, latent: Tensor, table: Tensor) -> Tensor:
-        """Colours (N, 3, H, W) that pixels look up, in scaled CIELAB, [-1, 1]."""
-        height, width = x.shape[-2:]
-        queries = self.query(x).flatten(2)
-        scores = torch.einsum("nkp,kb->npb", queries, self.keys.to(queries.dtype)) / math.sqrt(KEY)
-        scores = scores + self.opaque(latent)[:, None]
-        colors = table.reshape(-1, 3, BINS).to(scores.dtype)
-        mixed = torch.einsum("npb,ncb->ncp", scores.softmax(-1), colors)
-        return mixed.reshape(*mixed.shape[:2], height, width)
-
-
-def color_table(color_tf: Tensor) -> Tensor:
-    """Mean colours (N, 3 * BINS) of ranges of scalar values of colour TFs (N, 3, 256)."""
-    return avg_pool1d(color_tf, TF_SAMPLES // BINS).flatten(1)
 
 
 FUSION_SIZE = 8  # width and height of the feature map that is fused with the codes of view and TFs
@@ -205,7 +163,6 @@ class TranslationGenerator(nn.Module):
             ResidualBlock(a + skip, b, doubles=True)
             for a, skip, b in zip([ascending[0], *outputs[:-1]], skips, outputs, strict=True)
         )
-        self.attention = ColorAttention(size, c(64)) if size.color_attention else None
         doublings = int(math.log2(size.image_size // size.opacity_size))
         last = c(64) if doublings < 2 else c(32)
         self.paint = _painter(c(64), last, doublings)
@@ -223,18 +180,10 @@ class TranslationGenerator(nn.Module):
         self, conditions: Tensor, latent: Tensor, color_tf: Tensor, opacity: Tensor
     ) -> Tensor:
         """Generate colour images."""
-        return self.decode(self.view(conditions), latent, self.encode_color(color_tf), opacity)
-
-    def encode_color(self, color_tf: Tensor) -> Tensor:
-        """Codes of colour TFs (N, 3, 256), with the colours for the attention, if any."""
-        code: Tensor = self.color_tf(color_tf)
-        return torch.cat([code, color_table(color_tf)], 1) if self.attention is not None else code
+        return self.decode(self.view(conditions), latent, self.color_tf(color_tf), opacity)
 
     def decode(self, view: Tensor, latent: Tensor, color: Tensor, opacity: Tensor) -> Tensor:
         """Generate from codes of conditions, (N, channels), and of colour TFs."""
-        table = None
-        if self.attention is not None:
-            color, table = color.tensor_split([color.shape[1] - 3 * BINS], dim=1)
         encodings = [opacity]
         for halve in self.encoder:
             encodings.append(halve(encodings[-1]))
@@ -245,8 +194,6 @@ class TranslationGenerator(nn.Module):
             x = double(x if i == 0 else torch.cat([x, encodings[-1 - i]], 1))
             if self.modulations:
                 x = self.modulations[i](x, codes)
-        if self.attention is not None:
-            x = self.attention(x, latent, table)
         image: Tensor = self.color(self.paint(x))
         return image
 
@@ -341,13 +288,8 @@ class TwoStageGenerator(GeneratorNetwork):
         self, conditions: Tensor, latent: Tensor, color_tf: Tensor
     ) -> tuple[Tensor, ...]:
         """See :meth:`GeneratorNetwork.latent_features`."""
-        view = self.translation.view(conditions)
-        return (
-            self.opacity.encode_view(conditions),
-            view,
-            latent,
-            self.translation.encode_color(color_tf),
-        )
+        views = self.opacity.encode_view(conditions), self.translation.view(conditions)
+        return *views, latent, self.translation.color_tf(color_tf)
 
     def decode(self, *features: Tensor) -> tuple[Tensor, Tensor]:
         """Generate the opacity image, then translate it to the colour image."""

@@ -14,12 +14,10 @@ class NetworkSize:
     image_size: int = 256  # of the colour image, at least that of the opacity image
     latent_dim: int = 8  # length of the latent code of an opacity TF
     modulation: bool = False
-    opacity_modulation: bool = False
     """Whether the codes of view and TFs also scale and shift the features of the translation
     decoder, and of the opacity generator, at every resolution. The paper's network has only the
     tiled codes; small networks then learn colours very slowly."""
     deep_codec: bool = False  # two hidden layers of the latent decoder instead of the paper's one
-    color_attention: bool = False  # whether pixels look their colours up, see `ColorAttention`
 
     def __post_init__(self) -> None:
         for name in ("opacity_size", "image_size"):

@@ -133,8 +133,8 @@ def _row_1(
     return (
         volume.name,
         " x ".join(map(str, volume.dimensions)),
-        str(volume.scalars.dtype),
-        f"{volume.scalars.nbytes / 1e6:.0f}",
+        str(volume.voxels.dtype),
+        f"{volume.voxels.nbytes / 1e6:.0f}",
         scene.lighting,
         f"{seconds / samples * PAPER_IMAGES / 3600:.1f} h",
         *_cells(errors),

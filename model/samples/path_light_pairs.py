@@ -42,7 +42,7 @@ of a denoised picture."""
 FIRST_TF_SHARE, CROP_SHARE = 0.25, 0.15  # shares of pairs with a volume's first TF, and with a crop
 LEAST_OPACITY = 0.04  # least mean opacity of a pair's picture
 BRIGHTEST = 8.0  # largest radiance of single pixels that is kept
-FIELDS = ("unlit", "direct", "soft", "opacity", "denoised", "traced", "exact")
+FIELDS = ("unlit", "soft", "opacity", "denoised", "traced", "exact")
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,11 +51,10 @@ class Pairs:
 
     Images are (N, 3, h, w), the opacity (N, 1, h, w); `denoised` and `traced` have one image for
     each number of samples in :data:`FEW`. `exact` has many other samples, not denoised, and `error`
-    is its standard error. `direct` is only for comparison.
+    is its standard error.
     """
 
     unlit: NDArray[np.float16]
-    direct: NDArray[np.float16]
     soft: NDArray[np.float16]
     opacity: NDArray[np.float16]
     denoised: NDArray[np.float16]
@@ -70,7 +69,7 @@ class PairDrawer:
     def __init__(self, volume: Volume, many: int = MANY) -> None:
         self._volume, self._many = volume, many
         self._scene = Scene.of(volume, SIZE, "path", renderer="raycast", movable_light=True)
-        self._lit = {name: RaycastRenderer(volume, name) for name in ("direct", "soft")}
+        self._lit = RaycastRenderer(volume, "soft")
 
     def block(self, seed: int, number: int) -> Pairs | None:
         """Draw the pairs of a block; None if too little of the volume is visible."""
@@ -96,8 +95,7 @@ class PairDrawer:
 
     def close(self) -> None:
         """End the threads."""
-        for renderer in self._lit.values():
-            renderer.close()
+        self._lit.close()
 
     def _inputs(self, rng: np.random.Generator) -> SceneInputs:
         inputs = draw_inputs(rng, self._scene)
@@ -129,7 +127,7 @@ class PairDrawer:
         kept = [estimate for estimate in estimates if estimate.samples in FEW]
         return {
             "unlit": _first(unlit.albedo),
-            **{name: _first(r.render(inputs, part)[..., :3]) for name, r in self._lit.items()},
+            "soft": _first(self._lit.render(inputs, part)[..., :3]),
             "opacity": _first(unlit.rgba[..., 3:]),
             "denoised": np.stack([_first(denoise(e.radiance, e.albedo)) for e in kept]),
             "traced": np.stack([_first(e.radiance) for e in kept]),

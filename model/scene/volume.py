@@ -168,7 +168,6 @@ class Volume:
         volume = copy.copy(self)
         chosen = None if (lo, hi) == self.data_range else (lo, hi)
         object.__setattr__(volume, "chosen_range", chosen)
-        vars(volume).pop("scalars", None)
         return volume
 
     @property
@@ -264,23 +263,6 @@ class Volume:
         """Range of TFs: that of the voxels, or another one, see :meth:`over`."""
         return self.chosen_range or self.data_range
 
-    @cached_property
-    def scalars(self) -> NDArray[np.generic]:
-        """Voxels clamped to the scalar range, of the same type and shape (nz, ny, nx).
-
-        Do not interpolate these: clamping comes after interpolation. Returns the voxels themselves
-        if none is beyond the range.
-        """
-        lo, hi = self.scalar_range
-        lowest, highest = self.data_range
-        if lo <= lowest and highest <= hi:
-            return self.voxels
-        kind = self.voxels.dtype
-        if kind.kind == "f":
-            return np.clip(self.voxels, max(lo, lowest), min(hi, highest))
-        limits = np.iinfo(str(kind))
-        return np.clip(self.voxels, max(math.floor(lo), limits.min), min(math.ceil(hi), limits.max))
-
     @property
     def dimensions(self) -> tuple[int, int, int]:
         """Number of voxels along x, y and z."""
@@ -291,12 +273,6 @@ class Volume:
     def extent(self) -> Triple:
         """Distance between the first and the last voxel centre along x, y and z."""
         x, y, z = ((n - 1) * step for n, step in zip(self.dimensions, self.spacing, strict=True))
-        return x, y, z
-
-    @property
-    def center(self) -> Triple:
-        """Midpoint of the grid, at which every view is aimed."""
-        x, y, z = (o + e / 2 for o, e in zip(self.origin, self.extent, strict=True))
         return x, y, z
 
     @property

@@ -10,7 +10,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import rankdata
 
 from model.generator.generator import Generator
 from model.rendering.raycast.renderer import RaycastRenderer
@@ -30,10 +29,7 @@ class HoldoutAgreement:
     """Similarity of learned and exact sensitivities per sample, -1 to 1, arrays of shape (N,)."""
 
     image_cosine: NDArray[np.float64]  # of the whole image's sensitivities
-    image_rank: NDArray[np.float64]  # Spearman's rank correlation
     block_cosine: NDArray[np.float64]  # over blocks and values
-    block_rank: NDArray[np.float64]
-    single_cosine: NDArray[np.float64]  # of the whole image's, for edits of single bins
 
     def to_json(self) -> dict[str, dict[str, float]]:
         """Return median and quartiles of each measure as plain data."""
@@ -67,19 +63,12 @@ def sensitivity_agreement(
                 (learned.region(whole), region_sensitivity(renderer, sample, size, whole)),
                 (learned.field(block), sensitivity_field(renderer, sample, size, block)),
             )
-            row = []
-            for pair in pairs:
-                ours, exact = (response_to_edits(s[..., inside], EDIT_WIDTH).ravel() for s in pair)
-                row += [cosine(ours, exact), rank_correlation(ours, exact)]
-            ours, exact = (slopes[inside] for slopes in pairs[0])
-            rows.append([*row, cosine(ours, exact)])
+            responses = (
+                [response_to_edits(slopes[..., inside], EDIT_WIDTH).ravel() for slopes in pair]
+                for pair in pairs
+            )
+            rows.append([cosine(*pair) for pair in responses])
             on_progress(done)
     finally:
         renderer.close()
     return HoldoutAgreement(*np.array(rows).T)
-
-
-def rank_correlation(one: NDArray[np.floating], other: NDArray[np.floating]) -> float:
-    """Spearman's rank correlation of two vectors; 0 if either is constant."""
-    a, b = rankdata(one), rankdata(other)
-    return cosine(a - a.mean(), b - b.mean())

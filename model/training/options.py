@@ -17,7 +17,7 @@ from model.scene.transfer_function import Range
 from model.scene.volume import Volume
 from model.volume_files.source import VolumeSource
 
-_SMALL = NetworkSize(0.25, modulation=True, opacity_modulation=True, deep_codec=True)
+_SMALL = NetworkSize(0.25, modulation=True, deep_codec=True)
 
 PRESETS: dict[str, NetworkSize] = {
     "draft": replace(_SMALL, image_size=64),
@@ -93,12 +93,6 @@ class TrainingOptions:
     # image's size, by `small`, before those of their own size. The first need a fifth of the time,
     # and teach nearly all.
     small_time_share: float = 0.5
-    # Fraction of the samples for which the translation gets the rendered opacity image when both
-    # are trained at once. For the others it gets the generated one, as in use.
-    true_opacity_share: float = 0.0
-    # Weight of the l1 distance between the discriminator's features of generated and rendered
-    # colour images (Salimans et al. 2016), once it has joined.
-    feature_matching_weight: float = 0.0
     # Fraction of the budget for the first of the paper's two stages.
     opacity_time_share: float = 0.4
     seed: int = 0
@@ -114,11 +108,8 @@ class TrainingOptions:
             raise TrainingError("The decay of the squared gradients must be from 0 to below 1.")
         if not 0 <= self.average_decay < 1:
             raise TrainingError("The decay of the weight average must be from 0 to below 1.")
-        if not (0 <= self.small_time_share < 1 and 0 <= self.true_opacity_share <= 1):
-            raise TrainingError(
-                "The share of small images must be from 0 to below 1, "
-                "that of true opacity images from 0 to 1."
-            )
+        if not 0 <= self.small_time_share < 1:
+            raise TrainingError("The share of small images must be from 0 to below 1.")
         if not 0 < self.opacity_time_share < 1:
             raise TrainingError("A stage's share of the budget must be between 0 and 1.")
 
@@ -236,7 +227,6 @@ class TrainingJob:
     store: Path | None = None
     # A name of `PRESETS`; the width is a fraction of the paper's channels, instead of the preset's.
     preset: str = "compact"
-    color_attention: bool = False
     width: float | None = None
     # Whether to use the paper's recipe without additions; settings change it.
     faithful: bool = False
@@ -290,20 +280,13 @@ class TrainingJob:
             )
         # Wrong budgets and options are refused before anything is read.
         _ = self.budget, self.options
-        if self.color_attention and self.faithful:
-            raise TrainingError(
-                "The paper's own recipe has no networks that look colours up; leave one of the two "
-                "out."
-            )
 
     @property
     def size(self) -> NetworkSize:
         """Size of the networks; without additions to the paper's if `faithful`."""
         size = PRESETS[self.preset]
-        size = replace(size, width=self.width or size.width, color_attention=self.color_attention)
-        if not self.faithful:
-            return size
-        return replace(size, modulation=False, opacity_modulation=False, deep_codec=False)
+        size = replace(size, width=self.width or size.width)
+        return replace(size, modulation=False, deep_codec=False) if self.faithful else size
 
     @property
     def options(self) -> TrainingOptions:

@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
-import time
-from collections.abc import Iterator
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -13,20 +10,15 @@ from typing import Any
 import torch
 
 from model.errors import TrainingError
-from model.measurements import keep, kept
 from model.networks.card import ModelCard, weights_digest
 from model.networks.checkpoint import load_model
-from model.networks.generator_network import EncodedInputs, GeneratorNetwork
+from model.networks.generator_network import GeneratorNetwork
 from model.networks.names import Precision, PrecisionChoice
 from model.networks.size import NetworkSize
-from model.scene.inputs import condition_numbers
 from model.scene.scene import Scene
-from model.scene.transfer_function import TF_SAMPLES
-from model.training.batch import EncodedBatch
 from model.training.options import PRESETS, Budget, TrainingOptions
 from model.training.sources import SampleSource
 from model.training.stage import Losses
-from model.training.stages import Schedule
 
 
 @dataclass(frozen=True)
@@ -141,59 +133,16 @@ def _built_for(scene: Scene) -> dict[str, Any]:
     return {**properties, "movable light": scene.light_range is not None}
 
 
-NAME = "training precision"
-
-TURNS = 4  # timed steps of each precision, after one for preparation
-
-EMULATED = 2.0
-"""Ratio of times that decides at once: emulated bfloat16 takes ten times as long, and a busy
-machine makes a step at most half as long again."""
-
-IMAGES = 4
+BF16 = ("avx512_bf16", "amx_bf16")  # instructions with which a step in bfloat16 is faster
 
 
 def choose_precision(device: torch.device, asked: PrecisionChoice = "auto") -> Precision:
-    """Return the precision that is asked for; for "auto" the faster one, measured once."""
+    """Return the precision that is asked for; for "auto" the faster one on a device."""
     if asked != "auto":
         return asked
     if device.type == "cuda":
-        return "bfloat16" if torch.cuda.is_bf16_supported() else "float32"
-    found: Precision | None = kept(NAME, {})
-    if found not in ("float32", "bfloat16"):
-        found = "bfloat16" if bfloat16_is_faster() else "float32"
-        keep(NAME, {}, found)
-    return found
-
-
-def bfloat16_is_faster() -> bool:
-    """Time steps of the smallest network on the CPU, a second or two."""
-    running = step_seconds("bfloat16"), step_seconds("float32")
-    for steps in running:
-        next(steps)
-    # Alternating, so that other load affects both; the minimum is least affected.
-    bfloat16, float32 = math.inf, math.inf
-    for _ in range(TURNS):
-        bfloat16, float32 = min(bfloat16, next(running[0])), min(float32, next(running[1]))
-        if bfloat16 > EMULATED * float32:
-            break
-    return bfloat16 < float32
-
-
-def step_seconds(precision: Precision) -> Iterator[float]:
-    """Train the smallest network on random numbers, endlessly, and yield each step's duration."""
-    size, device = PRESETS["draft"], torch.device("cpu")
-    scene = Scene("random", "", (0.0, 1.0), (0.0, 1.0), size.image_size)
-    stage = Schedule(size, TrainingOptions(), scene, device, precision).stages["joint"]
-
-    def draw(*shape: int) -> torch.Tensor:
-        return 2 * torch.rand(IMAGES, *shape) - 1
-
-    batch = EncodedBatch(
-        EncodedInputs(draw(condition_numbers(scene)), draw(TF_SAMPLES), draw(3, TF_SAMPLES)),
-        opacity_image=draw(1, size.opacity_size, size.opacity_size),
-        image=draw(3, size.image_size, size.image_size),
-    )
-    while True:
-        start = time.perf_counter()
-        stage.step(batch, 0.5)
-        yield time.perf_counter() - start
+        has_bfloat16 = torch.cuda.is_bf16_supported()
+    else:
+        # Without instructions, a step in bfloat16 takes ten times as long.
+        has_bfloat16 = any(torch.cpu.get_capabilities().get(name) for name in BF16)
+    return "bfloat16" if has_bfloat16 else "float32"

@@ -162,7 +162,6 @@ class Stage(ABC):
         if adversaries:
             with self._autocast():
                 losses["adversarial"] = adversarial(self._judge(part, fake), 1.0)
-                losses |= self._feature_losses(part, fake)
         total = torch.stack([weights[name] * loss for name, loss in losses.items()]).sum()
         (share * total).backward()  # type: ignore[no-untyped-call]
         return {name: loss.detach() for name, loss in losses.items()}
@@ -261,10 +260,6 @@ class Stage(ABC):
         logits: Tensor = self.discriminator(batch.inputs, image)
         return logits
 
-    def _feature_losses(self, batch: EncodedBatch, fake: Tensor) -> dict[str, Tensor]:
-        """Losses from the discriminator's features, by name."""
-        return {}
-
     @abstractmethod
     def _generate(self, batch: EncodedBatch) -> tuple[Tensor, Any]:
         """Generate images for a batch; also return other outputs needed by the losses."""
@@ -280,7 +275,6 @@ class Stage(ABC):
             "adversarial": 1.0,
             "decoded_tf": options.decoded_tf_weight,
             "opacity_l1": options.opacity_l1_weight,
-            "feature_matching": options.feature_matching_weight,
             "l1": options.l1_weight,
         }
 

@@ -68,15 +68,6 @@ class ColorStage(Stage):
     def _real(self, batch: EncodedBatch) -> Tensor:
         return batch.image
 
-    def _feature_losses(self, batch: EncodedBatch, fake: Tensor) -> dict[str, Tensor]:
-        if not self.options.feature_matching_weight:
-            return {}
-        assert self.discriminator is not None
-        with torch.no_grad():
-            real = self.discriminator.image.features(batch.image)
-        pairs = zip(self.discriminator.image.features(fake), real, strict=True)
-        return {"feature_matching": torch.stack([_l1(a, b.float()) for a, b in pairs]).mean()}
-
 
 class TranslationStage(ColorStage):
     """Stage 2: the translation GAN with its l1 loss (paper, Eq. 9)."""
@@ -117,11 +108,7 @@ class JointStage(ColorStage):
     def _generate(self, batch: EncodedBatch) -> tuple[Tensor, tuple[Tensor, Tensor]]:
         opacity_view, view, latent, color = self.generator.features(batch.inputs)
         opacity_image = self.generator.opacity.decode_image(opacity_view, latent)
-        given = opacity_image
-        if self.options.true_opacity_share:
-            rendered = int(self.options.true_opacity_share * len(batch))
-            given = torch.cat([batch.opacity_image[:rendered], opacity_image[rendered:]])
-        image = self.generator.translation.decode(view, latent, color, given)
+        image = self.generator.translation.decode(view, latent, color, opacity_image)
         return image, (opacity_image, self.generator.codec.decode(latent))
 
     def _generator_losses(self, batch: EncodedBatch, fake: Tensor, extra: Any) -> dict[str, Tensor]:

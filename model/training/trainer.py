@@ -9,7 +9,7 @@ import platform
 import time
 from collections.abc import Callable, Generator, Iterable
 from contextlib import closing, nullcontext
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from importlib.metadata import version
 
 import numpy as np
@@ -288,12 +288,8 @@ def run_job(
             volume = volume.over(source.scene.scalar_range, source.scene.scale)
         check_image_size(job.size, source.scene)
         start = None if job.start is None else WarmStart.read(job.start)
-        size = job.size
-        if start is not None:
-            # Keep the option of the model.
-            size = replace(size, opacity_modulation=start.card.size.opacity_modulation)
         precision = parallel.from_first(choose_precision(device, job.precision))
-        what = source, job.preset, size, job.options, job.budget, job.out, device
+        what = source, job.preset, job.size, job.options, job.budget, job.out, device
         plan = TrainingPlan(*what, start=start, precision=precision)
         train(plan, job.resume, on_report)
 

@@ -31,11 +31,6 @@ def test_errors_of_known_images():
         assert error(flat(1.7, -3, 2), flat(1, 0, 1)) == 0
     assert metrics.color_emd(NOISE, NOISE) == pytest.approx(0, abs=1e-12)
     assert metrics.ssim(NOISE, NOISE) == pytest.approx(1)
-    # Where a mask is, covered pixels count alone.
-    opacity, image = np.zeros((32, 32)), flat(0.9, 0.9, 0.9)
-    opacity[:8], image[:8] = 0.5, 0.5
-    assert metrics.masked_rmse(image, flat(0, 0, 0), opacity) == pytest.approx(0.5)
-    assert metrics.masked_rmse(image, flat(0, 0, 0), np.zeros((32, 32))) == 0
 
 
 def test_emd_agrees_with_the_full_transport_problem():

@@ -94,7 +94,7 @@ def test_another_volume_forgets_the_answers(qtbot, window, builders):
     state, region = window.sensitivity_state, Outline.rectangle(0.2, 0.3, 0.6, 0.7)
     state.add_region(region)
     builders.volumes["ramp 2"] = make_volume("ramp 2", 500.0)
-    builders.volumes["flat"] = Volume(make_volume("other").scalars[:, :, :3], name="flat")
+    builders.volumes["flat"] = Volume(make_volume("other").voxels[:, :, :3], name="flat")
     for name, outline in (("ramp 2", region), ("flat", Outline())):
         with qtbot.waitSignal(window.workspace.volumeOpened):
             window.workspace.opening.open(Path(name))

@@ -212,7 +212,7 @@ def test_each_volume_is_seen_in_the_light_that_it_was_given(
     qtbot, start_again, builders, monkeypatch
 ):
     light = LightDirection(50.0, -20.0)
-    builders.volumes["other"] = Volume(make_volume("other").scalars[:, :, :3], name="other")
+    builders.volumes["other"] = Volume(make_volume("other").voxels[:, :, :3], name="other")
     builders.volumes["ramp 2"] = make_volume("ramp 2", 210.0)
     builders.volumes["ramp 3"] = make_volume("ramp 3", 220.0)
 

@@ -26,7 +26,7 @@ UNIT = np.linspace(0, 1, 60).reshape(3, 4, 5)
 def test_native_types_are_not_copied(dtype):
     volume = Volume((100 * UNIT).astype(dtype))
     scalars, scalar_range = renderable_scalars(volume, NATIVE)
-    assert np.shares_memory(scalars, volume.scalars)
+    assert np.shares_memory(scalars, volume.voxels)
     assert scalar_range == (0.0, 100.0)
 
 
@@ -36,7 +36,7 @@ def test_other_types_become_float32_from_0_to_1(dtype):
     scalars, scalar_range = renderable_scalars(volume, NATIVE)
     assert (scalars.dtype, scalar_range) == (np.float32, (0.0, 1.0))
     lo, hi = volume.scalar_range
-    exact = (volume.scalars.astype(np.float64) - lo) / (hi - lo)
+    exact = (volume.voxels.astype(np.float64) - lo) / (hi - lo)
     np.testing.assert_allclose(scalars, exact, atol=1e-7)
 
 

@@ -37,7 +37,7 @@ def test_thin_haze_adds_up(opacity, step):
 
 @pytest.mark.parametrize(("scale", "offset"), [(1e-30, 0.0), (1e300, 0.0), (1.0, 1e9)])
 def test_extreme_ranges_give_the_same_image(volume, scale, offset):
-    scaled = Volume(volume.scalars.astype(np.float64) * scale + offset, volume.spacing)
+    scaled = Volume(volume.voxels.astype(np.float64) * scale + offset, volume.spacing)
     images = []
     for each in (volume, scaled):
         lo, hi = each.scalar_range

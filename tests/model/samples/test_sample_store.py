@@ -94,7 +94,7 @@ def test_another_scene_or_volume_is_refused(store, volume, scene):
         SampleStore.create(store.path, Scene.of(volume, 128), 7, {"train": 1})
     with pytest.raises(DatasetError, match="another volume, size, lighting or seed"):
         SampleStore.create(store.path, scene, 8, {"train": 1})
-    other = Volume(volume.scalars[::-1], volume.spacing)
+    other = Volume(volume.voxels[::-1], volume.spacing)
     with pytest.raises(DatasetError, match="is not the one"):
         make_renderer(other, scene)
 
@@ -187,7 +187,7 @@ def test_blocks_of_a_volume_are_joined(tmp_path):
     def pairs(value):
         color = np.full((2, 3, 4, 4), value, np.float16)
         few = np.full((2, len(FEW), 3, 4, 4), value, np.float16)
-        return Pairs(color, color, color, color[:, :1], few, few, color, np.full(2, value))
+        return Pairs(color, color, color[:, :1], few, few, color, np.full(2, value))
 
     for number, name in enumerate(["a-0-0000", "a-0-0001", "b-0-0000"]):
         write_block(tmp_path / f"{name}.npz", pairs(float(number)))

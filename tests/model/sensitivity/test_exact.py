@@ -239,9 +239,9 @@ TFS = {
 def volume():
     """Blobs, some voxels of which are missing, and values of which lie beyond the range."""
     small = small_volume()
-    missing = np.zeros(small.scalars.shape, bool)
+    missing = np.zeros(small.voxels.shape, bool)
     missing[3:6, 4:7, 2:6] = True
-    return Volume(small.scalars, small.spacing, missing=missing).over((30.0, 220.0))
+    return Volume(small.voxels, small.spacing, missing=missing).over((30.0, 220.0))
 
 
 @pytest.fixture

@@ -175,6 +175,12 @@ def test_the_full_scale_has_the_end_of_the_colour_bar(measure):
     np.testing.assert_allclose(found[0, 2], bar[0] if measure == "signed" else bar[-1])
 
 
+def test_a_cosine_does_not_depend_on_strengths_and_is_0_for_nothing():
+    a = np.random.default_rng(0).normal(size=50)
+    assert display.cosine(a, -3 * a) == pytest.approx(-1)
+    assert display.cosine(a, np.zeros(50)) == 0
+
+
 IMAGE = np.full((2, 2, 3), 0.5)
 
 

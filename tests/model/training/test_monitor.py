@@ -17,7 +17,6 @@ from model.networks.generator_network import EncodedInputs
 from model.networks.size import NetworkSize
 from model.scene.scene import Scene
 from model.training import monitor
-from model.training import plan as precision
 from model.training.batch import EncodedBatch, encode_batch
 from model.training.options import (
     Budget,
@@ -205,32 +204,15 @@ def test_rates_halve_every_five_and_eight_passes_however_many_there_are(epochs):
         assert halving_decay(progress, options.translation.halvings) == 0.5 ** (done // 8)
 
 
-@pytest.mark.parametrize(
-    ("seconds", "faster"),
-    [
-        # The first step is not counted, nor what other work does to a single one.
-        ({"bfloat16": [9.0, 0.9, 0.5, 0.6, 0.6], "float32": [1.0, 0.8, 0.8, 0.8, 0.8]}, "bfloat16"),
-        ({"bfloat16": [1.0, 0.8, 0.8, 0.8, 0.8], "float32": [1.0, 1.5, 0.7, 0.8, 0.8]}, "float32"),
-        # Emulated: one of its steps is enough.
-        ({"bfloat16": [1.0, 7.0], "float32": [1.0, 0.8]}, "float32"),
-    ],
-)
-def test_the_faster_one_is_chosen_and_measured_once(seconds, faster, monkeypatch, tmp_path):
-    monkeypatch.setattr("model.measurements.cache_folder", lambda: tmp_path)
-    timed = []
-
-    def steps(kind):
-        timed.append(kind)
-        yield from seconds[kind]
-
-    monkeypatch.setattr(precision, "step_seconds", steps)
-    assert [choose_precision(CPU), choose_precision(CPU)] == [faster, faster]
-    assert timed == ["bfloat16", "float32"]
+@pytest.mark.parametrize(("name", "faster"), [("amx_bf16", "bfloat16"), ("avx2", "float32")])
+def test_bfloat16_is_for_processors_with_instructions_for_it(name, faster, monkeypatch):
+    monkeypatch.setattr(torch.cpu, "get_capabilities", lambda: {name: True, "avx512_bf16": False})
+    assert choose_precision(CPU) == faster
     assert choose_precision(CPU, "bfloat16") == "bfloat16"
 
 
 NOWHERE = Scene("none", "", (0.0, 1.0), (0.0, 1.0), 32)
-MODULATED = NetworkSize(0.125, 16, 32, modulation=True, opacity_modulation=True, deep_codec=True)
+MODULATED = NetworkSize(0.125, 16, 32, modulation=True, deep_codec=True)
 
 
 def losses_of_steps(device, recorded, count):

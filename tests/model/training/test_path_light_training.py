@@ -23,7 +23,7 @@ def too_dark(count=6, seed=0):
     noisy = exact + rng.normal(0, 0.05, exact.shape)
     few = np.repeat(0.9 * exact[:, None], len(FEW), 1).astype(np.float16)
     half, one = exact.astype(np.float16), np.ones((count, 1, 32, 32), np.float16)
-    return Pairs(half, half, half, one, few, few, noisy.astype(np.float16), np.full(count, 0.05))
+    return Pairs(half, half, one, few, few, noisy.astype(np.float16), np.full(count, 0.05))
 
 
 def make(minutes=0.1):

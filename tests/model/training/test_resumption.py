@@ -204,7 +204,7 @@ def test_weights_stay_equal_where_each_process_sees_other_samples(tmp_path):
 @pytest.mark.slow
 def test_train_runs_under_torchrun(tmp_path, volume):
     raw = tmp_path / f"blobs_{'x'.join(map(str, volume.dimensions))}_uint8.raw"
-    np.asarray(volume.scalars).tofile(raw)
+    np.asarray(volume.voxels).tofile(raw)
     run = tmp_path / "run"
     arguments = ("main.py", "train", "--volume", str(raw), "--preset", "draft", "--out", str(run))
     torchrun(*arguments, "--samples", "128")

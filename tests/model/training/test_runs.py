@@ -34,13 +34,7 @@ from model.volume_files.source import VolumeSource
 
 CPU = torch.device("cpu")
 ONE_STAGE = replace(RECIPE, one_stage=True, small_time_share=0.0)
-GROWING = replace(
-    RECIPE,
-    one_stage=True,
-    small=StageOptions(16, 1e-3, 2.0),
-    adversarial_start=0.5,
-    feature_matching_weight=10.0,
-)
+GROWING = replace(RECIPE, one_stage=True, small=StageOptions(16, 1e-3, 2.0), adversarial_start=0.5)
 
 
 def test_a_run_leaves_a_model_a_curve_and_pictures(finished, store):
@@ -162,10 +156,9 @@ def test_a_run_learns_small_images_first_and_then_grows(store, tmp_path):
     train(replace(plan(store, tmp_path, 96, 1e9), options=GROWING), on_report=reports.append)
     assert list(dict.fromkeys(r.stage for r in reports)) == ["small", "joint"]
     # The discriminator joins at the full size only, at its time.
-    joined = [{"discriminator", "feature_matching"} <= r.losses.keys() for r in reports]
+    joined = ["discriminator" in r.losses for r in reports]
     assert joined == sorted(joined) and joined[-1]
     assert [r.stage for r, is_joined in zip(reports, joined, strict=True) if is_joined] == ["joint"]
-    assert reports[-1].losses["feature_matching"] > 0
     card = load_card(tmp_path)
     assert card.size.image_size == SIZE.image_size
     assert {row["stage"] for row in card.training["curve"]} == {"small", "joint"}
@@ -242,7 +235,6 @@ def test_a_model_of_another_network_or_scene_is_refused(store, finished):
 FULL = TrainingJob(
     out=Path("runs/a"),
     volume=VolumeSource(path=Path("v.raw"), raw="4x5x6_uint8", component="magnitude"),
-    color_attention=True,
     settings=("joint.batch_size=4", "l1_weight=50"),
     minutes=1.5,
     lighting="soft",
@@ -260,7 +252,6 @@ FULL = TrainingJob(
     ({"settings": ("nonsense=1",)}, "no 'nonsense'"),
     ({"lighting": "none"}, "no light to move"),
     ({"start": Path("runs/a")}, "write over the model"),
-    ({"faithful": True}, "networks that look colours up"),
     ({"store": Path("s.zarr")}, "lighting and movable light and window and reuse"),
 ])  # fmt: skip
 def test_jobs_that_make_no_sense_are_refused(change, message):
@@ -270,8 +261,7 @@ def test_jobs_that_make_no_sense_are_refused(change, message):
 
 def test_the_papers_recipe_has_nothing_added_to_it():
     size = TrainingJob(Path("x"), preset="draft", faithful=True, samples=1).size
-    added = size.modulation, size.opacity_modulation, size.deep_codec, size.color_attention
-    assert not any(added)
+    assert not (size.modulation or size.deep_codec)
 
 
 def test_what_does_not_fit_is_refused_before_anything_is_measured(store, tmp_path):

@@ -39,9 +39,9 @@ def test_the_sform_holds(file, spacing, note):
 def test_scaling_is_applied(tmp_path, dtype, scaled):
     path = write_itk(tmp_path / "a.nii", voxels(dtype))
     volume = read_volume(patched(path, {112: ("<f4", [2.5, -7.0])}))
-    assert volume.scalars.dtype == scaled
+    assert volume.voxels.dtype == scaled
     itk = sitk.GetArrayFromImage(sitk.ReadImage(str(path), sitk.sitkFloat64))
-    np.testing.assert_allclose(volume.scalars, itk, rtol=1e-6)
+    np.testing.assert_allclose(volume.voxels, itk, rtol=1e-6)
 
 
 def test_spm_factor_of_analyze_is_applied(tmp_path):

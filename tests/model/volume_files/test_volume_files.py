@@ -38,7 +38,7 @@ def test_shipped_volumes_have_the_voxels_that_were_published(file):
     volume = read_volume(ROOT / "resources" / "volumes" / file)
     assert (volume.name, volume.dimensions, volume.spacing) == facts
     assert volume.notes == ()
-    assert hashlib.sha256(volume.scalars.tobytes()).hexdigest() == sha256
+    assert hashlib.sha256(volume.voxels.tobytes()).hexdigest() == sha256
 
 
 def test_importing_the_readers_imports_no_library_of_a_format():
@@ -158,8 +158,8 @@ def test_one_component_of_several(tmp_path, file, component):
     volume = read_volume(VECTOR_FILES[file](tmp_path / file), choice=choice)
     read = "magnitude" if component is None else component
     expected = np.linalg.norm(VECTORS, axis=-1) if read == "magnitude" else VECTORS[..., read]
-    np.testing.assert_allclose(volume.scalars, expected, rtol=1e-6)
-    assert volume.scalars.flags.c_contiguous
+    np.testing.assert_allclose(volume.voxels, expected, rtol=1e-6)
+    assert volume.voxels.flags.c_contiguous
     listed = [content for content in volume.file.contents if content.kind == "component"]
     assert [content.name for content in listed] == ["0", "1", "2", "magnitude"]
     assert [content.name for content in listed if content.is_read] == [str(read)]

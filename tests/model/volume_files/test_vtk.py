@@ -34,7 +34,7 @@ def test_legacy_vtk_in_ascii(tmp_path, dtype):
     array = voxels(dtype) if dtype in files.INTEGER_TYPES else np.round(voxels(dtype), 2)
     volume = read_volume(files.write_legacy(tmp_path / "a.vtk", array, binary=False))
     np.testing.assert_allclose(
-        volume.scalars, array, rtol=0 if dtype in files.INTEGER_TYPES else 1e-5
+        volume.voxels, array, rtol=0 if dtype in files.INTEGER_TYPES else 1e-5
     )
     assert volume.voxels.dtype == dtype
 

@@ -22,8 +22,7 @@ def test_full_width_has_the_published_number_of_parameters(network, count):
 SIZES = [
     NetworkSize(0.125, 64, 64),
     NetworkSize(0.125, 32, 32, latent_dim=3),
-    NetworkSize(0.125, 32, 128, modulation=True, opacity_modulation=True),
-    NetworkSize(0.125, 32, 64, color_attention=True),
+    NetworkSize(0.125, 32, 128, modulation=True),
 ]
 
 
@@ -97,18 +96,3 @@ def test_the_image_has_the_whole_gradient_to_the_opacity_tf():
         with torch.no_grad():
             expected = (loss(tf + step) - loss(tf - step)) / (2 * h)
         assert gradient[0, index].item() == pytest.approx(expected.item(), rel=1e-4, abs=1e-9)
-
-
-def test_pixels_show_mixtures_of_the_colours_that_are_there():
-    torch.manual_seed(0)
-    size = NetworkSize(0.125, 32, 64, color_attention=True)
-    attention = paper.ColorAttention(size, 8).double()
-    x, latent = torch.randn(2, 8, 5, 4).double(), torch.randn(2, 8).double()
-    one_color = torch.tensor([0.3, -0.2, 0.9], dtype=torch.float64)
-    same = paper.color_table(one_color[None, :, None].expand(2, 3, 256))
-    mixed = attention.colors(x, latent, same)
-    torch.testing.assert_close(mixed, one_color[None, :, None, None].expand(2, 3, 5, 4))
-    many = torch.rand(2, 3, 256, dtype=torch.float64)
-    mixed = attention.colors(x, latent, paper.color_table(many))
-    assert (mixed >= many.amin(2)[:, :, None, None]).all()
-    assert (mixed <= many.amax(2)[:, :, None, None]).all()

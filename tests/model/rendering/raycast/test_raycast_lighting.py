@@ -84,10 +84,10 @@ def test_light_fades_by_its_way_through_the_volume(
     monkeypatch.setattr(illumination, "DISTANT", 1.0)
     light, volume = LightDirection(azimuth, elevation), slab((33, 33, 33))
     soft = SoftLight(-towards(light, View()), constant(opacity).sample(volume.scalar_range))
-    grid = Illumination(volume.scalars, BYTES, volume, executor).grid(soft)
+    grid = Illumination(volume.voxels, BYTES, volume, executor).grid(soft)
     assert grid.shape == volume.dimensions
     np.testing.assert_array_equal(grid.scale, 1)
-    received = grid.grid.reshape(volume.scalars.shape)
+    received = grid.grid.reshape(volume.voxels.shape)
     z, y, x = np.mgrid[0:33, 0:33, 0:33].astype(np.float64)
     # Back to where the light enters: half a voxel outside of the first and last ones.
     way = np.full(x.shape, np.inf)
