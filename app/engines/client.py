@@ -153,7 +153,6 @@ class EngineClient(QObject):
         super().__init__(parent)
         self.state = EngineState.EMPTY
         self.text = ""
-        self.description = self.remark = ""
         self.by_raycast = False
         self._name = name
         self._worker: EngineWorker | None = None
@@ -193,7 +192,6 @@ class EngineClient(QObject):
         self._takes_requests = True
         self._is_built = False
         self._early.clear()
-        self.description = self.remark = ""
         self.by_raycast = False
         worker = EngineWorker(factory, self._name, self)
         worker.engineReady.connect(self._engine_ready)
@@ -292,7 +290,6 @@ class EngineClient(QObject):
         self._worker.submit(request)
 
     def _engine_ready(self, ready: EngineReady) -> None:
-        self.description, self.remark = ready.description, ready.remark
         worker = self._worker
         # A listener may pause the client, send a newer request, or start another engine.
         self.engineReady.emit(ready)
@@ -316,9 +313,6 @@ class EngineClient(QObject):
     def _take_result(self, result: Result) -> None:
         request = result.request
         image = result.image
-        if request.settings is None:
-            self.description = self.description if image is None else image.by or self.description
-            self.remark = result.remark or self.remark
         if not self._takes_requests:
             return
         if request.channel != IMAGES:

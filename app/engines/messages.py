@@ -46,10 +46,8 @@ class Progress:
 class EngineReady:
     """Message that an engine is built; see :class:`app.engines.requests.Engine`."""
 
-    description: str
     scene: Scene | None
     draws_codes: bool = False
-    remark: str = ""
 
 
 @dataclass(frozen=True)

@@ -189,8 +189,8 @@ class EnginePane(QWidget):
             self.canvas.show_message(result.error or "", theme.ON_IMAGE.error)
             self._show_status()
             return
-        rgba, by = result.image.rgba, result.image.by or self.client.description
-        self.rgba, self._remark = rgba, result.remark or self.client.remark
+        rgba, by = result.image.rgba, result.image.by
+        self.rgba, self._remark = rgba, result.remark
         self.canvas.show_image(self._picture(rgba))
         height, width, _ = rgba.shape
         # Models draw the whole volume, and a hint says so.
@@ -237,7 +237,7 @@ class EnginePane(QWidget):
             title = f"{self.light[:1].upper()}{self.light[1:]}" if is_light else self.title
             text, tone = self._status()
             note = self._note_tip if self.note else ""
-            lines = [self._tip, self.hint, note, self.detail, self._remark or self.client.remark]
+            lines = [self._tip, self.hint, note, self.detail, self._remark]
         said = title, text, tone, tuple(lines), self.canvas.width()
         if said != self._said:
             self._said, self._said_at = said, time.monotonic()

@@ -24,6 +24,8 @@ ThemeChoice = Literal["system", "dark", "light"]  # the window's colours: the sy
 
 BackgroundChoice = Literal["black", "gradient", "white"]  # background of the images
 
+Shown = Literal["both", "generator", "reference"]  # names of the images to show
+
 RecentKind = Literal["volumes", "models", "transfer_functions", "sessions"]
 
 
@@ -67,7 +69,7 @@ class SessionSettings(ImageSettings):
     cube: bool = True
     background: BackgroundChoice = "black"
     opacity_images: bool = False
-    hidden_panes: tuple[str, ...] = ()
+    shown: Shown = "both"
     swapped: bool = False
     slices: bool = False
 
@@ -80,7 +82,7 @@ class Settings(SessionSettings):
     colors_follow_modes: bool = True
     last_folder: str = ""
     window_geometry: Annotated[str, Meta(pattern="^[A-Za-z0-9+/=]*$")] = ""
-    splitters: dict[str, tuple[int, ...]] = field(default_factory=dict)
+    editor_share: Share | None = None  # of the window's height; None for the usual one
     theme: ThemeChoice = "system"
     single_keys: bool = True
     figure: FigureSettings | None = None

@@ -92,7 +92,7 @@ class VolumeOpening(QObject):
         self._stop = threading.Event()  # set when the volume being read is no longer wanted
         self._progressed.connect(self._say_progress)
         self._name = ""
-        self.wanted = Wanted()
+        self.wanted = self.shown = Wanted()  # of the newest volume, and of the open one
         self._model_now = _ModelNow()
 
     @property
@@ -243,6 +243,7 @@ class VolumeOpening(QObject):
             known = self._preferences.volume(opened.fingerprint)
             kept = vars(_replacing(known, self.wanted.memory)) | {"path": known.path}
             self._preferences.note_volume(opened.fingerprint, **kept)
+        self.shown = self.wanted
         self._viewer.show(opened)
 
     def _refuse(self, text: str) -> None:

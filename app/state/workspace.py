@@ -167,7 +167,7 @@ class Workspace(QObject):
         if transfer_function.scale == volume.scale:
             if scene is not None:
                 return fit_to_range(transfer_function, scene.scalar_range)
-            if self.opening.wanted.scalar_range is not None:
+            if self.opening.shown.scalar_range is not None:
                 return fit_to_range(transfer_function, volume.scalar_range)
         return fit_to_volume(transfer_function, self.opened.volume)
 
@@ -208,7 +208,7 @@ class Workspace(QObject):
 
     def show(self, opened: OpenedVolume) -> None:
         """Show a volume that was read, with all that is remembered of it."""
-        volume, wanted = opened.volume, self.opening.wanted
+        volume, wanted = opened.volume, self.opening.shown
         folder = self.opening.model_for(opened.fingerprint)
         sample = sample_of(volume)
         before, self.opened = self.opened, opened
@@ -247,6 +247,8 @@ class Workspace(QObject):
             others |= {"compares": True, "tf_b": tf_input.of("B"), "look_b": tf_input.look}
             tf = tf or tf_input.of("A")
         self._state.start_volume(opened.default, tf, others, volume.file, volume.units)
+        by = {"raw_layout": wanted.raw, "choice": wanted.choice}
+        self.keep(**{name: each.text for name, each in by.items() if each is not None})
         if wanted.memory is not None:
             self._keep_edits()
         if wanted.memory is not None or (memory.mask and opened.mask is None):
@@ -364,7 +366,7 @@ class Workspace(QObject):
     @property
     def _is_untouched(self) -> bool:
         """Whether the volume's range and scale are not chosen."""
-        chosen = self.opening.wanted.scalar_range, self.opening.wanted.scale
+        chosen = self.opening.shown.scalar_range, self.opening.shown.scale
         tfs = [self._state.tf_input.of(pane) for pane in get_args(PaneName)]
         is_default = all(tf in (None, self._state.default) for tf in tfs)
         return not self._is_restored and chosen == (None, None) and is_default

@@ -54,8 +54,6 @@ class Files(QObject):
         self._workspace, self._preferences = context.workspace, context.preferences
         self._notices, self._status = context.notices, context.status
         self._sessions, self._show_small_range = sessions, show_small_range
-        self._raw_layout: tuple[Path, RawLayout] | None = None
-        self._choice: tuple[Path, Choice] | None = None
         self._model_awaited: Path | None = None
         self._replaced: Path | None = None  # volume to be replaced by a model's own
         self._slow = Pause(self, SLOW_MS, self._offer_cancel)
@@ -111,7 +109,6 @@ class Files(QObject):
             layout = self._known_layout(path) or self._ask_for_layout(path)
             if layout is None:
                 return
-            self._raw_layout = path, layout
         self.read(path, choice, Wanted(layout, model=model))
 
     def open_model(self, folder: Path, volume: Path | None = None) -> None:
@@ -248,13 +245,11 @@ class Files(QObject):
         """Read the open volume again with a typed spacing or stretch; its TF and view stay."""
         opened, state = self._workspace.opened, self._context.state
         if opened is not None:
-            path, choice = self._choice or (opened.path, Choice())
-            choice = replace(choice if path == opened.path else Choice(), **typed)
-            self._choice = opened.path, choice
-            layout = self._known_layout(opened.path) if _is_raw(opened.path) else None
+            shown = self._workspace.opening.shown
+            choice = replace(shown.choice or Choice(), **typed)
             memory = self._preferences.volume(opened.fingerprint)
             memory = replace(memory, tf=state.transfer_function, view=state.view)
-            self._workspace.opening.open(opened.path, Wanted(layout, choice, memory=memory))
+            self._workspace.opening.open(opened.path, Wanted(shown.raw, choice, memory=memory))
 
     def _fail(self, text: str) -> None:
         self._status.say("")  # nothing is read any more
@@ -264,7 +259,6 @@ class Files(QObject):
         """Open a volume, or of several in a file the one that is chosen or was before."""
         last = self._preferences.volume_at(path).choice
         known = Choice.parse(last) if choice is None and last else choice
-        self._choice = None if known is None else (path, known)
         wanted = replace(wanted, choice=known, is_remembered=choice is None)
         self._workspace.opening.open(path, wanted)
 
@@ -288,7 +282,7 @@ class Files(QObject):
         for dialog in self._window.findChildren(LabelsDialog):
             dialog.reject()
         opened = self._workspace.opened
-        if opened is not None and (self._choice is None or self._choice[0] != opened.path):
+        if self._workspace.opening.shown.choice is None:
             self.ask_for_content()
         folder, self._model_awaited = self._model_awaited, None
         before, self._replaced = self._replaced, None
@@ -337,14 +331,6 @@ class Files(QObject):
             return dialog.choice() if dialog.exec() else None
         finally:
             dialog.deleteLater()
-
-    def remember_layout(self) -> None:
-        """Remember the options by which the open volume was read."""
-        opened = self._workspace.opened
-        kept = {"raw_layout": self._raw_layout, "choice": self._choice}
-        for name, known in kept.items():
-            if opened is not None and known is not None and known[0] == opened.path:
-                self._preferences.note_volume(opened.fingerprint, **{name: known[1].text})
 
 
 def _is_raw(path: Path) -> bool:

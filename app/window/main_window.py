@@ -314,7 +314,6 @@ class MainWindow(WindowParts):
         """Show an opened volume before its TF is set."""
         self._b_returns = False
         volume = opened.volume
-        self.files.remember_layout()
         self.scene_notices.start_volume(volume)
         shape = " × ".join(str(n) for n in volume.dimensions)
         self.setWindowTitle(f"{volume.name} ({shape}) – tfscope")

@@ -17,12 +17,11 @@ from app.icons import IconButton
 from app.image_view.reference_controls import DRAWINGS
 from app.state.library import KnownModel
 from app.state.opened_volume import OpenedVolume
-from app.state.settings import RecentKind
+from app.state.settings import RecentKind, Shown
 from app.window.context import VOLUME_FILTER, menu_names
 from app.window.files import TF_FILTER
 from app.window.help_pages import show_about, show_gestures
 from app.window.overlays import BACKGROUNDS, Overlay
-from app.window.pane_layout import Shown
 from app.window.settings_dialog import SettingsDialog, apply_single_keys
 from app.window.window_parts import WindowParts
 from model.scene.orientation import STANDARD_VIEWS

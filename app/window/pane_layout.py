@@ -1,7 +1,6 @@
 """The row of images: which are shown, on which side, and how wide."""
 
 from collections.abc import Sequence
-from typing import Literal
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QResizeEvent
@@ -10,9 +9,9 @@ from PySide6.QtWidgets import QApplication, QSplitter, QWidget
 from app.controls import Painted
 from app.image_view.engine_pane import EnginePane
 from app.latent_browser.latent_browser import LatentBrowser
+from app.state.settings import Shown
 
 LEAST_IMAGE = 220  # least width of the image next to the latent browser
-Shown = Literal["both", "generator", "reference"]  # names of the images to show
 
 
 class PaneLayout(QSplitter):

@@ -8,7 +8,7 @@ from app.state.preferences import Preferences
 from app.state.viewer_state import ViewerState
 from app.tf_editor.editor import DockSplitter
 from app.tf_editor.handles import HandleMoves
-from app.window.pane_layout import PaneLayout, Shown
+from app.window.pane_layout import PaneLayout
 
 SHARE = 0.8  # share of the screen's free area, along both sides
 
@@ -31,16 +31,6 @@ def first_size(free: QSize) -> QSize:
     part = QSize(round(SHARE * free.width()), round(SHARE * free.height()))
     inside = QSize(free.width(), free.height() - FRAME)
     return part.boundedTo(LARGEST).expandedTo(LEAST).boundedTo(inside)
-
-
-IMAGES: dict[tuple[str, ...], Shown] = {
-    (): "both",
-    ("reference",): "generator",
-    ("generator",): "reference",
-}
-"""Images to show, by the hidden one."""
-
-PARTS = 1000  # units per window height in which the editor's dragged height is stored
 
 
 class WindowMemory(QObject):
@@ -72,10 +62,9 @@ class WindowMemory(QObject):
 
     def note(self) -> None:
         """Remember the size of the window and of its parts."""
-        share = self._splitter.share
         self._preferences.set(
             window_geometry=bytes(self._window.saveGeometry().toBase64().data()).decode(),
-            splitters={"editor": () if share is None else (round(PARTS * share),)},
+            editor_share=self._splitter.share,
             colors_follow_modes=self._moves.colors_follow,
             swapped=self.panes.is_swapped,
         )
@@ -85,21 +74,18 @@ class WindowMemory(QObject):
         values = self._preferences.settings
         if values.swapped != self.panes.is_swapped:
             self.panes.swap()
-        self.panes.shown = IMAGES.get(values.hidden_panes, self.panes.shown)
+        self.panes.shown = values.shown
 
     def note_panes(self) -> None:
         """Remember which images are shown."""
-        hidden = next(each for each, shown in IMAGES.items() if shown == self.panes.shown)
-        self._preferences.set(hidden_panes=hidden)
+        self._preferences.set(shown=self.panes.shown)
 
     def _restore(self) -> None:
         values = self._preferences.settings
         if values.window_geometry:
             # Qt moves a window to an existing screen.
             self._window.restoreGeometry(QByteArray.fromBase64(values.window_geometry.encode()))
-        share = values.splitters.get("editor", ())
-        if len(share) == 1 and 0 < share[0] < PARTS:
-            self._splitter.set_share(share[0] / PARTS)
+        self._splitter.set_share(values.editor_share)
         self._moves.colors_follow = values.colors_follow_modes
         self._state.set_trackball(values.trackball)
         self.restore_panes()

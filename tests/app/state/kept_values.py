@@ -18,9 +18,9 @@ def region(name):
 SETTINGS = Settings(
     drawing="raycast", stop="exact", reference_size=1024, denoises=False, legend=True,
     scale_bar=True, background="white", cube=False, opacity_images=True,
-    hidden_panes=("generator",), swapped=True, slices=True, trackball=True,
+    shown="reference", swapped=True, slices=True, trackball=True,
     colors_follow_modes=False,
-    last_folder="/data", window_geometry="AdnQywAD", splitters={"main": (500, 290)},
+    last_folder="/data", window_geometry="AdnQywAD", editor_share=0.25,
     theme="light", single_keys=False, figure=FigureSettings(0, (850, 1000)),
     recent_volumes=("/data/a.nrrd", "/data/ü \udce9.nrrd"), recent_models=("/data/model",),
     recent_transfer_functions=("/data/tf.json",), recent_sessions=("/data/a.tfscope",),
