@@ -7,7 +7,7 @@ from functools import partial
 from itertools import pairwise
 from typing import Generic, Literal, TypeVar, cast
 
-from PySide6.QtCore import QBuffer, QEvent, QIODevice, QObject, QPoint, QSize, Qt
+from PySide6.QtCore import QBuffer, QEvent, QIODevice, QObject, QPoint, QPointF, QSize, Qt
 from PySide6.QtGui import (
     QAccessible,
     QAccessibleAnnouncementEvent,
@@ -18,6 +18,7 @@ from PySide6.QtGui import (
     QIcon,
     QImage,
     QKeySequence,
+    QMouseEvent,
     QPainter,
     QPixmap,
     QResizeEvent,
@@ -362,6 +363,36 @@ def picture_tip(picture: QImage, text: str) -> str:
     picture.save(buffer, "PNG")  # type: ignore[call-overload]
     content = buffer.data().toBase64().toStdString()
     return f"<img src='data:image/png;base64,{content}'><br>{html.escape(text)}"
+
+
+CLICK_REACH = 4.0  # largest movement of a click, in pixels; a larger one is a drag
+
+
+class RightClick(QObject):
+    """Opens a menu where a widget is clicked with the right button; drags are the widget's own."""
+
+    def __init__(self, widget: QWidget, menu: QMenu) -> None:
+        super().__init__(widget)
+        self._widget, self._menu = widget, menu
+        self._pressed, self._is_click = QPointF(), False
+        widget.installEventFilter(self)
+
+    def eventFilter(self, _watched: QObject, event: QEvent) -> bool:
+        """Keep the small movements of a click from the widget, and open the menu at its end."""
+        if not isinstance(event, QMouseEvent):
+            return False
+        position, kind = event.position(), event.type()
+        if kind == QEvent.Type.MouseMove:
+            moved = (position - self._pressed).manhattanLength()
+            self._is_click = self._is_click and moved <= CLICK_REACH
+            return self._is_click
+        if kind == QEvent.Type.MouseButtonRelease and self._is_click:
+            self._widget.customContextMenuRequested.emit(position.toPoint())
+            self._menu.popup(event.globalPosition().toPoint())
+        self._pressed = position
+        pressed = kind == QEvent.Type.MouseButtonPress and event.buttons()
+        self._is_click = pressed == Qt.MouseButton.RightButton
+        return False
 
 
 def add_action(

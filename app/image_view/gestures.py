@@ -11,7 +11,7 @@ from PySide6.QtCore import QEvent, QObject, QPointF, QRectF, Qt
 from PySide6.QtGui import QKeyEvent, QMouseEvent, QNativeGestureEvent, QWheelEvent
 from PySide6.QtWidgets import QWidget
 
-from app.controls import ARROWS
+from app.controls import ARROWS, CLICK_REACH
 from app.engines.background import Pause
 from app.state.view_navigation import ViewNavigation
 from app.state.viewer_state import STEP_MS, ViewerState
@@ -95,7 +95,6 @@ def light_at(x: float, y: float, limits: LightRange) -> LightDirection:
     return limits.nearest(LightDirection(azimuth, elevation))
 
 
-CLICK_REACH = 4.0  # largest movement of a click, in pixels; a larger one is a drag
 WHEEL_REST_MS = 200  # pause after a wheel event that ends a zoom gesture
 PIXELS_PER_NOTCH = 40.0  # scrolled pixels of a touchpad that count as a notch of a wheel
 LEAST_PINCH = 0.1  # least factor of a step of a pinch: drivers may report nonsense

@@ -21,7 +21,7 @@ from PySide6.QtGui import (
 from PySide6.QtWidgets import QWidget
 
 from app import theme
-from app.controls import named
+from app.controls import CLICK_REACH, named
 from app.image_view.gestures import DEGREES_PER_PIXEL, turn
 from app.image_view.image_canvas import ImageCanvas
 from app.state.viewer_state import ViewerState
@@ -34,7 +34,6 @@ HALF_EDGE = 17.0
 EYE, FAR = 6.0, 1e4
 """Distance of the eye that sees the cube, in halves of its edge; and in orthographic views."""
 RIM = 1.5  # pixels around the cube that belong to its shape, so that its edges are smooth
-CLICK_REACH = 4.0  # largest movement of a click, in pixels
 LIGHT = np.array([-0.35, 0.55, 0.76])  # to the upper left, in the image's right, up and back
 DARKEST, BRIGHTEST = 90, 205
 LEGIBLE = 0.3  # least cosine to the eye at which a face's label is drawn

@@ -17,14 +17,13 @@ from PySide6.QtGui import (
 )
 
 from app import theme
-from app.controls import ARROWS, Painted
+from app.controls import ARROWS, CLICK_REACH, Painted
 from app.image_view.image_canvas import KeyedWidget
 from app.latent_browser import map_marks as marks
 from app.latent_browser.map_marks import WHEEL_FACTOR, Grip, MapFrame, dragged, grips_at
 from app.state.latent_session import LatentSession, LatentState
 from model.latent.latent_map import Brush
 
-CLICK_REACH = 4  # a press that moves less is a click
 KEY_STEP = 12  # pixels that an arrow key goes
 
 

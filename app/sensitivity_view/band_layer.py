@@ -9,7 +9,7 @@ from PySide6.QtGui import QColor, QMouseEvent, QWheelEvent
 from PySide6.QtWidgets import QGraphicsRectItem, QHBoxLayout, QLabel
 
 from app import theme
-from app.controls import Card, Painted, fill
+from app.controls import CLICK_REACH, Card, Painted, fill
 from app.icons import IconButton
 from app.placing import freest
 from app.sensitivity_view.findings_panel import AddButton
@@ -19,8 +19,6 @@ from app.state.sensitivity_state import SensitivityState
 from app.state.viewer_state import ViewerState
 from app.tf_editor.plot_area import PlotArea
 from model.scene.tf_perturbation import band_of_edit
-
-CLICK_REACH = 4
 
 
 class PlotMouse(QObject):

@@ -16,7 +16,7 @@ from app.state.workspace import Workspace
 from model.networks.card import recorded_agreement
 from model.scene.region import ImageRegion
 from model.scene.transfer_function import TF_SAMPLES
-from model.sensitivity.display import FLOOR, SMALL_EDIT, Agreement
+from model.sensitivity.display import FLOOR, SMALL_EDIT
 from model.sensitivity.peaks import (
     Contribution,
     Interval,
@@ -27,7 +27,6 @@ from model.sensitivity.peaks import (
 )
 
 GOOD, FAIR = 0.9, 0.7  # least cosines of good and fair agreement
-NOTABLE, MOST = 2.0, 1000.0  # ratio of learned to exact responses from which the panel reports it
 ROWS = 3  # most values, and most edits
 LEAST_SHOWN = 0.001  # least change of pixel values that is shown: a quarter of an 8-bit step
 
@@ -229,12 +228,10 @@ def source_text(workspace: Workspace) -> str:
     return " &nbsp; ".join(parts)
 
 
-def _agreement_text(found: Agreement, hint: str) -> str:
-    strength = min(max(found.strength, 1 / MOST), MOST)
+def _agreement_text(found: float, hint: str) -> str:
     # Outside the model's training, agreement is chance.
-    trust = "" if hint and found.cosine > 0 else f"{_trust_word(found.cosine)}, "
-    much = f", {short(strength)} × as strong" if not 1 / NOTABLE < strength < NOTABLE else ""
-    return f"{trust}{gloss('Cosine')} {short(found.cosine)}{much}"
+    trust = "" if hint and found > 0 else f"{_trust_word(found)}, "
+    return f"{trust}{gloss('Cosine')} {short(found)}"
 
 
 def _warning(text: str) -> str:
@@ -244,5 +241,5 @@ def _warning(text: str) -> str:
 def _trust_word(cosine: float) -> str:
     """Say how well a model's response agrees with the exact one."""
     if cosine < 0:
-        return "points the other way"
+        return "contradicts it"
     return "agrees well" if cosine >= GOOD else "agrees fairly" if cosine >= FAIR else "differs"

@@ -11,9 +11,8 @@ from PySide6.QtGui import QColor, QCursor, QMouseEvent, QPainter, QPen, QPolygon
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QWidget
 
 from app import theme
-from app.controls import Card, fill
+from app.controls import CLICK_REACH, Card, fill
 from app.icons import IconButton
-from app.image_view.gestures import CLICK_REACH
 from app.image_view.image_canvas import ImageCanvas
 from app.placing import freest
 from app.state.piece_finder import PieceFinder
@@ -58,6 +57,7 @@ class RegionLayer(QObject):
         self._place_before: tuple[float, float] | None = None
         canvas.setMouseTracking(True)
         canvas.decorations.append(self._paint)
+        canvas.customContextMenuRequested.connect(lambda at: self._ask(at.toPointF()))
         canvas.installEventFilter(self)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
@@ -96,6 +96,7 @@ class RegionLayer(QObject):
         if event.button() != Qt.MouseButton.LeftButton or event.modifiers():
             return False
         self._pressed, self._moved = event.position(), False
+        self._place_before = self._state.place
         if self._state.tool is not None:
             self._lasso = [event.position()]
             return True
@@ -128,15 +129,16 @@ class RegionLayer(QObject):
             self._finish_drawing(position)
         elif self._grip is not None:
             self._state.finish_region()
-        elif not self._moved:
-            place = self._canvas.place_of(position)
-            self._place_before = self._state.place
-            if not self._canvas.gave_focus:
-                self._clicked()
-                self._state.pick(place if self._canvas.has_place(place) else None)
+        elif not (self._moved or self._canvas.gave_focus):
+            self._ask(position)
         self._pressed, self._grip, self._lasso = None, None, []
         self._canvas.update()
         return handled
+
+    def _ask(self, position: QPointF) -> None:
+        place = self._canvas.place_of(position)
+        self._clicked()
+        self._state.pick(place if self._canvas.has_place(place) else None)
 
     def _draw(self, position: QPointF) -> None:
         if self._state.tool == "lasso":

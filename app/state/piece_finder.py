@@ -8,14 +8,14 @@ import numpy as np
 from PySide6.QtCore import QObject, Signal
 
 from app.engines.background import LatestCall
-from app.state.sensitivity_state import SensitivityState
-from app.state.viewer_state import EMPTY_TF, ViewerState
+from app.state.sensitivity_asker import SensitivityAsker
+from app.state.viewer_state import EMPTY_TF
 from model.errors import TfscopeError
 from model.rendering.pieces import Piece, pieces_at, pieces_under
 from model.rendering.scale_bar import volume_text
-from model.scene.inputs import SceneInputs
 from model.scene.view import from_middle
 from model.scene.volume import Triple, Volume
+from model.sensitivity.peaks import contributions
 
 SEEKING = "The search for what is connected to this place is still running."
 NO_PIECE = "Click in an image or a slice first, to choose the connected voxels there."
@@ -28,26 +28,27 @@ class PieceFinder(QObject):
 
     def __init__(
         self,
-        state: ViewerState,
-        asked: SensitivityState,
+        asker: SensitivityAsker,
         volume: Callable[[], Volume | None],
         say: Callable[[str], object],
         parent: QObject,
     ) -> None:
         super().__init__(parent)
-        self._state, self._asked, self._volume, self._say = state, asked, volume, say
+        self._state, self._asker, self._volume, self._say = asker.state, asker, volume, say
         self.pieces: tuple[Piece, ...] = ()
         self._waits: bool | None = None  # whether what is sought is to be shown alone, or cut away
-        self._wanted: tuple[Volume, SceneInputs, tuple[float, float]] | None = None
+        self._wanted: object = None
         self._call = LatestCall("pieces", self, self._take, self._refuse)
         self.stop, self.join = self._call.stop, self._call.join
-        asked.changed.connect(self._follow)
-        state.inputsChangeFinished.connect(self._ask)
+        asker.answered.connect(self._follow)
 
     @property
     def is_searching(self) -> bool:
         """Whether the pieces at the clicked place are still to come."""
-        return self._call.is_awaited
+        asked, pick = self._asker.asked, self._asker.pick
+        is_listed = pick is not None and pick.is_of(self._state.inputs)
+        is_asked = asked.choices.shown and asked.place is not None
+        return self._call.is_awaited or (is_asked and not is_listed)
 
     def space_of(self, piece: Piece) -> str:
         """Return the size of a piece, in words."""
@@ -56,8 +57,8 @@ class PieceFinder(QObject):
 
     def take(self, number: int, alone: bool) -> None:
         """Show a piece alone, or cut it away: an edit that can be undone."""
-        if number >= len(self.pieces):
-            self._say(SEEKING if self._call.is_awaited else NO_PIECE)
+        if self.is_searching or number >= len(self.pieces):
+            self._say(SEEKING if self.is_searching else NO_PIECE)
             return
         self._mask_by(self.pieces[number], alone)
 
@@ -82,17 +83,18 @@ class PieceFinder(QObject):
         back = "Undo or Edit > Show all voxels shows everything again."
         self._say(f"{said} {back} File > Save mask writes this to a file.")
 
-    def _follow(self, what: str) -> None:
-        if what in ("place", "choices"):
-            self._ask()
-
-    def _ask(self, _value: object = None) -> None:
-        volume, place = self._volume(), self._asked.place
+    def _follow(self, question: str) -> None:
+        """Search once the values at the clicked place are listed: a piece may have those alone."""
+        volume, place, pick = self._volume(), self._asker.asked.place, self._asker.pick
+        if question != "pick" or self._waits is not None:
+            return
         wanted = None
-        if volume is not None and place is not None and self._asked.choices.shown:
+        if volume is not None and place is not None and pick is not None:
+            inputs = pick.request.inputs
+            listed = contributions(pick.value[0], inputs.opacity_tf.scalar_range)
             # Pieces do not depend on light and colours.
-            inputs = replace(self._state.inputs, light=None, color_tf=EMPTY_TF.color)
-            wanted = volume, inputs, from_middle(place)
+            inputs = replace(inputs, light=None, color_tf=EMPTY_TF.color)
+            wanted = volume, inputs, from_middle(place), tuple(one.reach for one in listed)
         if wanted != self._wanted:
             self._wanted = wanted
             # The found pieces, and those being searched, belong to another place or scene.

@@ -28,7 +28,7 @@ from model.rendering.raster import Raster
 from model.scene.inputs import SceneInputs
 from model.scene.region import Outline
 from model.scene.transfer_function import TF_SAMPLES, Range
-from model.sensitivity.display import Agreement, agreement, shown_responses
+from model.sensitivity.display import agreement, shown_responses
 
 Source = Literal["exact", "other light", "learned"]
 """Origin of an answer: the ray caster's derivative, that of another light instead of path-traced
@@ -185,8 +185,8 @@ class SensitivityAsker(QObject):
         )  # fmt: skip
 
     @property
-    def region_agreement(self) -> Agreement | None:
-        """Agreement of learned and exact responses of the region, over the values of interest."""
+    def region_agreement(self) -> float | None:
+        """Cosine of learned and exact responses of the region, over the values of interest."""
         both = self.both(self.regions)
         if not (both and self.is_fresh(both[0])):
             return None

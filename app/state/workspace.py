@@ -90,7 +90,7 @@ class Workspace(QObject):
             builders.read_volume, self, self.model, self.library, preferences, self
         )
         self.opened: OpenedVolume | None = None
-        self.pieces = PieceFinder(state, asked, lambda: self.model.volume, self.news.emit, self)
+        self.pieces = PieceFinder(self.sensitivity, lambda: self.model.volume, self.news.emit, self)
         self._kept = ""  # fingerprint of the volume whose memory is kept
         self._is_restored = False
         self._connect()

@@ -16,6 +16,7 @@ Wheel, or + and − | zoom in on what is under the mouse, zoom out | Wheel | zoo
 Click in an image | show the values there | Click | values here
 R, then drag in an image | draw a rectangle (L: a lasso) | R | region
 Right drag, or Ctrl and drag; Page up, down | roll
+Right click, also in a slice | a menu
 Middle drag, or Shift and drag; Ctrl and arrow keys | pan
 Double click, or Home | return to the first view
 F | fit the whole volume into the image | F | fit

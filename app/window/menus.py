@@ -10,7 +10,7 @@ from PySide6.QtGui import QAction, QIcon, QKeySequence
 from PySide6.QtWidgets import QMenu, QWidget
 
 from app.caption_button import CaptionButton
-from app.controls import add_action, add_choices, show_tips
+from app.controls import RightClick, add_action, add_choices, show_tips
 from app.engines.requests import Drawing
 from app.glosses import open_glossary
 from app.icons import IconButton
@@ -261,6 +261,8 @@ class Menus:
         self._add(menu, "Show all &voxels", show_all, is_there=self._has_mask)
         menu.addSeparator()
         self._add(menu, "&Settings…", self._show_settings, "Ctrl+,")
+        for pane in window.context.panes:
+            RightClick(pane.canvas, menu)
 
     def _show_settings(self) -> None:
         window = self._window

@@ -10,6 +10,7 @@ from PySide6.QtGui import QColor, QKeyEvent, QPainter, QPen
 from PySide6.QtWidgets import QSplitter, QWidget
 
 from app import theme
+from app.controls import RightClick
 from app.engines.background import Pause
 from app.slices.slice_view import SlicesColumn, SliceState, SliceView
 from app.state.opened_volume import OpenedVolume
@@ -142,6 +143,7 @@ class Slices(QObject):
         for view in column.views:
             view.setStatusTip("Slices (S)")
             view.installEventFilter(self)
+            RightClick(view.viewport(), column.button.menu())
             for each in self.filters:
                 view.viewport().installEventFilter(each)
         for pane in self._context.panes:

@@ -1,5 +1,6 @@
 """Pieces: voxels connected to a point of a volume, to be shown alone or cut away."""
 
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +15,7 @@ from model.scene.volume import Volume
 
 LEAST_OPACITY = 0.005  # share of the TF's largest opacity from which values count as visible
 BAND = 0.25  # share of a band's largest opacity at which the band ends
+SKIN = 0.1  # least size of a listed band's piece, as a share of that of the TF's band
 ALIKE = 0.98  # share of the connected voxels from which a band is not a separate piece
 LEAST_COUNT = 8  # voxels of a piece: two along each axis, as noise makes smaller ones
 NEAR = 2  # voxels from a point, along each axis, within which its piece begins
@@ -44,19 +46,25 @@ class Piece:
         return None if left is None else left.with_edge(edge)
 
 
-def pieces_under(volume: Volume, inputs: SceneInputs, at: tuple[float, float]) -> tuple[Piece, ...]:
+def pieces_under(
+    volume: Volume, inputs: SceneInputs, at: tuple[float, float], listed: Sequence[Range] = ()
+) -> tuple[Piece, ...]:
     """Return the pieces at the point that adds most to a pixel; see :func:`pieces_at`."""
     points, adds = places_along(volume, inputs, at)
-    return pieces_at(volume, inputs, points[adds.argmax()]) if adds.sum() >= VISIBLE else ()
+    found = adds.sum() >= VISIBLE
+    return pieces_at(volume, inputs, points[adds.argmax()], listed) if found else ()
 
 
-def pieces_at(volume: Volume, inputs: SceneInputs, place: NDArray[np.float64]) -> tuple[Piece, ...]:
+def pieces_at(
+    volume: Volume, inputs: SceneInputs, place: NDArray[np.float64], listed: Sequence[Range] = ()
+) -> tuple[Piece, ...]:
     """Return the voxels connected to a point (3,), in fractions of the volume's extent.
 
     The first piece has voxels that touch by their faces and are visible under the scene's TF, mask,
     crop box and clipping plane. The second, if different, has only those of the point's band of
-    values. Above 256 voxels cubed the search uses a coarser grid. Of labels, pieces have any size.
-    Raises :class:`TfscopeError` if nothing is visible, or nothing large enough.
+    values: a listed one, unless that is only the skin of a peak of the TF. Above 256 voxels cubed
+    the search uses a coarser grid. Of labels, pieces have any size. Raises :class:`TfscopeError` if
+    nothing is visible, or nothing large enough.
     """
     last = np.array(volume.voxels.shape) - 1
     first, end = np.rint(inputs.part.corners(volume)[:, ::-1]).astype(int)
@@ -105,16 +113,22 @@ def pieces_at(volume: Volume, inputs: SceneInputs, place: NDArray[np.float64]) -
         values_at(volume, place[None], inputs.is_nearest(volume)), voxels[tuple(near.T)]
     )
     bins = np.rint(LAST * np.clip((values.astype(np.float64) - lo) / (hi - lo), 0, 1)).astype(int)
-    for bin_ in bins[:2]:
-        band = _band_around(opacity, int(bin_))
-        if runs == [band]:
-            break
-        within = near[(bins[1:] >= band[0]) & (bins[1:] <= band[1])]
-        if len(within):
-            start, stop = (lo + (hi - lo) * each / LAST for each in band)
-            within_band = _of_values(voxels, [band], volume) & shown
-            found.append(piece_of(within_band, within[0], (start, stop)))
-            break
+
+    def part_of(bands: Iterable[tuple[int, int]]) -> list[Piece]:
+        for band in bands:
+            within = near[(bins[1:] >= band[0]) & (bins[1:] <= band[1])]
+            if runs == [band]:
+                break
+            if len(within):
+                start, stop = (lo + (hi - lo) * each / LAST for each in band)
+                of_band = _of_values(voxels, [band], volume) & visible
+                return [piece_of(of_band, within[0], (start, stop))]
+        return []
+
+    ends = np.rint(LAST * (np.reshape(listed, (-1, 2)) - lo) / (hi - lo)).astype(int).tolist()
+    own = part_of((low, high) for low, high in ends if low <= bins[0] <= high)
+    parts = own + part_of(_band_around(opacity, int(bin_)) for bin_ in bins[:2])
+    found += [part for part in parts if part.count >= SKIN * parts[-1].count][:1]
     found = found if found[-1].count < ALIKE * found[0].count else found[:1]
     least = 1 if volume.file.is_labels else LEAST_COUNT
     large = tuple(piece for piece in found if piece.count >= least)

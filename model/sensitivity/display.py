@@ -4,7 +4,6 @@ The unit is the change of a pixel's value (0 to 1) by an edit that raises the op
 it is highest. Colour maps are perceptually uniform and safe for the colour-blind.
 """
 
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import Literal
 
@@ -157,14 +156,6 @@ def _over_gray(
 NEGLIGIBLE = 1e-10  # norm of displayed responses up to which they are rounding errors
 
 
-@dataclass(frozen=True)
-class Agreement:
-    """Similarity of a learned response to the exact one."""
-
-    cosine: float  # 1 for equal shapes
-    strength: float  # ratio of the learned norm to the exact one
-
-
 def cosine(one: NDArray[np.floating], other: NDArray[np.floating]) -> float:
     """Cosine similarity of two vectors; 0 if either is zero."""
     a, b = one.astype(np.float64), other.astype(np.float64)
@@ -172,9 +163,7 @@ def cosine(one: NDArray[np.floating], other: NDArray[np.floating]) -> float:
     return float(a @ b / norms) if norms > 0 else 0.0
 
 
-def agreement(learned: NDArray[np.float64], exact: NDArray[np.float64]) -> Agreement | None:
-    """Compare responses in the displayed unit; None if they are only rounding errors."""
-    own, true = float(np.linalg.norm(learned)), float(np.linalg.norm(exact))
-    if max(own, true) < NEGLIGIBLE:
-        return None
-    return Agreement(cosine(learned, exact), own / true if true > 0 else np.inf)
+def agreement(learned: NDArray[np.float64], exact: NDArray[np.float64]) -> float | None:
+    """Cosine of responses in the displayed unit; None if they are only rounding errors."""
+    is_there = max(np.linalg.norm(learned), np.linalg.norm(exact)) >= NEGLIGIBLE
+    return cosine(learned, exact) if is_there else None

@@ -109,7 +109,13 @@ def test_a_drag_moves_the_cross_hair_of_all_slices_and_what_they_show_is_remembe
     assert [view.number.value() for view in views(window)] == [6, voxel(window)[1] + 1, 4]
     assert window.sessions.session().content.memory.cross_hair == state(window).place
     assert window.sessions.session().content.settings.slices
-    drag(front.viewport(), QPoint(60, 60), QPoint(90, 50), button=Qt.MouseButton.RightButton)
+    levels, right = state(window).window, Qt.MouseButton.RightButton
+    drag(front.viewport(), QPoint(60, 60), QPoint(62, 61), button=right)
+    assert state(window).window == levels
+    assert QApplication.activePopupWidget() is window.slices.column.button.menu()
+    window.slices.column.button.menu().close()
+    drag(front.viewport(), QPoint(60, 60), QPoint(90, 50), button=right)
+    assert state(window).window != levels and QApplication.activePopupWidget() is None
     window.slices.column.choices["overlay"].trigger()
     # Over another range, the window is another one, too.
     chosen = state(window).window

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import SimpleITK
-from mouse_events import LEFT
+from mouse_events import LEFT, action
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QFileDialog, QPushButton
@@ -59,13 +59,13 @@ def opened(qtbot, builders, tmp_path):
     return window
 
 
-def click(qtbot, window, x):
+def click(qtbot, window, x, button=LEFT, pieces=1):
     canvas = window.reference.canvas
     rect, finder = canvas.image_rect, window.workspace.pieces
     at = QPoint(round(rect.left() + x * rect.width()), rect.center().y())
-    QTest.mouseClick(canvas, LEFT, pos=at)
+    QTest.mouseClick(canvas, button, pos=at)
     # The first search loads SciPy.
-    qtbot.waitUntil(lambda: len(finder.pieces) == 1, timeout=1000 * PATIENCE_S)
+    qtbot.waitUntil(lambda: len(finder.pieces) == pieces, timeout=1000 * PATIENCE_S)
     label = window.sensitivity.labels[1]
     qtbot.waitUntil(lambda: "href" in label.text.text())
     return label
@@ -107,7 +107,11 @@ def test_a_piece_is_shown_alone_or_cut_away_and_each_is_one_edit(qtbot, window):
         QTest.keyClick(window, Qt.Key.Key_I)
     assert shown(window) is not None and not is_left(shown(window))
     undo.undo()
-    label = click(qtbot, window, 0.58)
+    # The right button asks for the same values, and opens the menu.
+    label = click(qtbot, window, 0.58, Qt.MouseButton.RightButton)
+    menu = QApplication.activePopupWidget()
+    assert action(window, "Isolate connected voxels") in menu.actions()
+    menu.close()
     # Until then the label is written anew.
     qtbot.waitUntil(lambda: "%" in label.text.text())
     window.reference.canvas.setFocus()
@@ -129,6 +133,22 @@ def test_a_piece_is_shown_alone_or_cut_away_and_each_is_one_edit(qtbot, window):
     assert shown(window) is None and undo.stack.undoText() == "show all voxels"
     undo.undo()
     assert is_left(shown(window))
+
+
+def test_the_values_that_are_listed_at_a_place_have_their_piece(qtbot, window, builders):
+    voxels = blocks().voxels.copy()
+    voxels[3:9, 3:9, 1:5], voxels[3:9, 3:9, 5:7] = 48, 200
+    builders.volumes["touching"] = Volume(voxels)
+    open_volume(qtbot, window, "touching")
+    # One flank of the TF has the values of both blocks.
+    ramp = OpacityTF(RANGE, points=((20.0, 0.0), (200.0, 0.5)))
+    window.state.tf_input.set(replace(TF, opacity=ramp))
+    window.state.set_view(View(0.0, 0.0))
+    text = click(qtbot, window, 0.42, pieces=2).text.text()
+    (listed,) = [row for row in text.split("<tr>") if "100 %" in row]
+    assert f"Connected {listed.split('</td>')[0][4:]}</td>" in text
+    first, second = window.workspace.pieces.pieces
+    assert (first.count, second.count) == (6**2 * 10, 6**2 * 4)
 
 
 def test_keys_in_a_slice_take_the_piece_at_the_cross_hair(qtbot, window):

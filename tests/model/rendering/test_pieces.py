@@ -96,6 +96,17 @@ def test_values_between_voxels_decide_about_the_band():
     assert [piece.count for piece in found] == [15]
 
 
+def test_a_listed_band_has_a_piece_unless_it_is_the_skin_of_a_peak():
+    ramp = replace(inputs(), opacity_tf=OpacityTF(RANGE, points=((50.0, 0.0), (255.0, 0.9))))
+    found = pieces_at(volume(), ramp, at(4, 4, 7), [(200.0, 230.0), (90.0, 110.0)])
+    assert [piece.count for piece in found] == [6**3, 6**3 - 3**3]
+    assert found[1].values == pytest.approx((90.0, 110.0), abs=0.5)
+    thin = volume()
+    thin.voxels[4, 4, 7] = thin.voxels[4, 5, 7] = 140
+    found = pieces_at(thin, inputs(), at(4, 4, 7), [(135.0, 145.0)])
+    assert found[1].count == 6**3 - 3**3 and found[1].values[0] < 100
+
+
 @pytest.mark.parametrize("edge", [20, 21])
 def test_on_a_coarse_grid_pieces_are_the_same_voxels(monkeypatch, edge):
     for most in (pieces.MOST_VOXELS, 11**3):
