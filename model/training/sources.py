@@ -154,10 +154,13 @@ class StreamSource:
         ring = _Ring(self._capacity, stage * STAGE_SAMPLES, oldest, ahead)
         scene = replace(self.scene, image_size=image_size or self.scene.image_size)
         pool = rendering_pool(self._threads, self._volume, scene) if self._processes else None
-        for _ in range(self._threads):
-            threading.Thread(
-                target=self._render, args=(ring, scene, pool), name="samples", daemon=True
-            ).start()
+        render = partial(self._render, ring, scene, pool)
+        threads = [
+            threading.Thread(target=render, name="samples", daemon=True)
+            for _ in range(self._threads)
+        ]
+        for thread in threads:
+            thread.start()
         try:
             number = done
             while True:
@@ -172,6 +175,9 @@ class StreamSource:
             ring.close()
             if pool is not None:
                 pool.shutdown(wait=False, cancel_futures=True)
+            # One that still rendered at the interpreter's end would abort the process.
+            for thread in threads:
+                thread.join()
 
     def check(self, batch_size: int) -> None:
         """Do nothing: there are always enough samples."""

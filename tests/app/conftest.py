@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 from PySide6.QtCore import QCoreApplication, QEvent, QThread, QTimer
 from PySide6.QtWidgets import QApplication, QMessageBox
+from pytestqt.qtbot import QtBot
 from ramp import make_tf
 from rested_window import open_volume
 from shiboken6 import getAllValidWrappers
@@ -15,6 +16,10 @@ from app.state import image_scheduler
 from app.state.preferences import Preferences
 from app.state.viewer_state import ViewerState
 from app.window.main_window import MainWindow
+
+# A busy machine fails no test.
+for wait in (QtBot.waitUntil, QtBot.waitSignal, QtBot.waitSignals, QtBot.waitExposed):
+    wait.__kwdefaults__["timeout"] = 1000 * PATIENCE_S
 
 
 @pytest.fixture(autouse=True, scope="module")
@@ -87,8 +92,7 @@ def make_window(qtbot, builders):
         window = MainWindow(builders.make(), preferences=Preferences(folder))
         window.workspace.reference.choose(reference_size=size, **choices)
         qtbot.addWidget(window)
-        # Real engines start processes, on machines that may be busy.
-        with qtbot.waitSignal(window.workspace.settled, timeout=1000 * PATIENCE_S):
+        with qtbot.waitSignal(window.workspace.settled):
             window.workspace.open_model(model)
             window.workspace.opening.open(Path(volume))
         window.show()

@@ -5,22 +5,20 @@ from pathlib import Path
 from PySide6.QtGui import QImage
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QPushButton
-from window_fakes import PATIENCE_S
 
 
 def rested(qtbot, make_window):
     """Open a window that the ray caster alone draws, in direct light."""
     # From the start: the kernels of no other light are compiled.
     window = make_window(model=None, size=None, lighting="direct", drawing="raycast")
-    # The first window of a run loads much, on machines that may be busy.
-    follow_pane(qtbot, window, timeout=1000 * PATIENCE_S)
+    follow_pane(qtbot, window)
     return window
 
 
-def follow_pane(qtbot, window, **patience):
+def follow_pane(qtbot, window):
     """Wait for images of the panes' new sizes."""
     rest, work = window.workspace.reference._pane_rest, window.workspace
-    qtbot.waitUntil(lambda: not rest.isActive() and work.is_settled, **patience)
+    qtbot.waitUntil(lambda: not rest.isActive() and work.is_settled)
 
 
 def act_until(qtbot, signal, act, *values, **named):

@@ -21,7 +21,7 @@ from model.scene.view import View
 from model.scene.volume import Volume
 from model.volume_files.blocks import counted
 
-PATIENCE_S = 20
+PATIENCE_S = 100  # so long a test waits on a busy machine for what comes at once on a free one
 
 
 @dataclass(frozen=True)

@@ -62,7 +62,7 @@ def test_a_network_is_trained_and_written_with_its_errors(tmp_path):
     exact = (rng.uniform(0.2, 0.8, (4, 3, 1, 1)) * np.ones((4, 3, 32, 32))).astype(np.float16)
     few = np.repeat(np.float16(0.9) * exact[:, None], len(FEW), 1)
     one = np.ones((4, 1, 32, 32), np.float16)
-    pairs = Pairs(exact, exact, exact, one, few, few, exact, np.zeros(4))
+    pairs = Pairs(exact, exact, one, few, few, exact, np.zeros(4))
     write_block(tmp_path / "a-0-0000.npz", pairs)
     out = tmp_path / "network.safetensors"
     train = f"light train {tmp_path} --held-out {tmp_path} --out {out} --minutes 0.01 --width 4"

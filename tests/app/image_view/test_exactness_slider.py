@@ -35,7 +35,7 @@ def test_a_stop_is_chosen_kept_and_drawn_with_its_figures(qtbot, make_window):
     assert work.choices.stop == window.preferences.settings.stop == "exact"
     assert work.settings.sample_distance == 0.25
     assert control.slider.accessibleName() == "From fast to exact: Exact"
-    qtbot.waitUntil(lambda: "error" in control.figures.text(), timeout=10_000)
+    qtbot.waitUntil(lambda: "error" in control.figures.text())
     rate, *words, error = control.figures.text().replace(",", "").split()
     assert float(rate) > 0 and words == ["/", "s", "error"]
     # Live images of the fake engine are one level brighter, in one channel of three.

@@ -12,7 +12,6 @@ from PySide6.QtTest import QTest
 from ramp import make_tf, make_volume
 from rested_window import act_until
 from toy_codec import ToyCodec, toy_space
-from window_fakes import PATIENCE_S
 
 from app.latent_browser.cell_grid import caption_of
 from app.latent_browser.latent_browser import parsed_band
@@ -427,8 +426,8 @@ def test_the_model_draws_codes_and_leaves_those_of_the_shipped_codec(
     window.top_bar.browse.click()
     work = window.workspace.latent
     # The first one imports torch, on machines that may be busy.
-    qtbot.waitUntil(lambda: work.session.overview is not None, timeout=1000 * PATIENCE_S)
-    qtbot.waitUntil(lambda: bool(work.grid and work.grid.images), timeout=1000 * PATIENCE_S)
+    qtbot.waitUntil(lambda: work.session.overview is not None)
+    qtbot.waitUntil(lambda: bool(work.grid and work.grid.images))
     assert builders.spaces == [Path("model")]
     assert work.grid.source == "learned"
     # The mean codes in one batch.

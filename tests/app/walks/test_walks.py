@@ -10,7 +10,6 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QWidget
 from ramp import make_tf, make_volume
 from rested_window import rested
-from window_fakes import PATIENCE_S
 
 from app.engines.engines import REAL_BUILDERS
 from app.engines.requests import RegionSensitivityRequest
@@ -181,7 +180,7 @@ def test_the_last_of_the_ray_casters_pictures_is_the_best(
         drag.step()
         qtbot.waitUntil(lambda count=count: len(shown) > count)
     newest = window.state.inputs
-    qtbot.waitUntil(lambda: shown[-1].request.inputs == newest, timeout=1000 * PATIENCE_S)
+    qtbot.waitUntil(lambda: shown[-1].request.inputs == newest)
     last = let_go(qtbot, window, drag, shown)
     assert last.request.inputs == newest
     whole = window.workspace.reference.raster

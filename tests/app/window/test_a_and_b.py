@@ -411,7 +411,7 @@ def test_figures_have_both_with_one_legend(qtbot, window, builders, tmp_path, mo
     # Both turn together in a movie.
     asked.clear()
     window.saving.draw(replace(choice, seconds=0.5, rate=8), tmp_path / "both.gif")
-    qtbot.waitUntil(lambda: "Saved" in window.status.news, timeout=20_000)
+    qtbot.waitUntil(lambda: "Saved" in window.status.news)
     frames = np.stack([frame[..., :3] for frame in iio.imiter(tmp_path / "both.gif")])
     # Half the difference of the first picture has not its colour.
     assert abs(np.diff(frames[:2, 150, 680].astype(int), axis=0)).max() > 20

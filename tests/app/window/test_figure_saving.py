@@ -233,7 +233,7 @@ def test_a_turntable_is_a_full_turn_of_the_size_length_and_rate_asked_for(
         assert window.saving.progress is not None
         # The user may go on meanwhile.
         window.state.set_view(View(200.0, -50.0))
-        qtbot.waitUntil(lambda: "Saved" in window.status.news, timeout=20_000)
+        qtbot.waitUntil(lambda: "Saved" in window.status.news)
         assert window.saving.progress is None and not window.saving.unfinished
         views = [request.inputs.view for request in asked if request.channel == "figure"]
         assert [view.azimuth for view in views] == pytest.approx([10.0, 280.0, 190.0, 100.0])
@@ -266,7 +266,7 @@ def test_what_cannot_be_drawn_or_written_is_reported_and_leaves_no_file(
     assert not [*tmp_path.iterdir()]
     builders.references[-1].gate = None
     window.saving.draw(TURN, tmp_path / "missing" / "turn.gif")
-    qtbot.waitUntil(lambda: "cannot be written" in window.notice.text, timeout=20_000)
+    qtbot.waitUntil(lambda: "cannot be written" in window.notice.text)
     assert window.status.news == ""
     qtbot.waitUntil(lambda: not window.saving.unfinished)
     builders.references[-1].error = RenderError("It is broken; mend it.")
@@ -300,7 +300,7 @@ def test_what_cannot_be_drawn_or_written_is_reported_and_leaves_no_file(
         gate.release(10)
         assert window.close() is (answer == "Yes")
         if answer == "No":
-            qtbot.waitUntil(lambda: "Saved" in window.status.news, timeout=20_000)
+            qtbot.waitUntil(lambda: "Saved" in window.status.news)
         assert [each.name for each in (tmp_path / answer).iterdir()] == left
     assert asked == 2 * ["turn.mp4 is being drawn.\nQuit and stop it?"]
 

@@ -11,7 +11,6 @@ from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QFileDialog, QPushButton
 from rested_window import act_until, open_volume
-from window_fakes import PATIENCE_S
 
 from app.state.preferences import Preferences
 from app.window.context import VOLUME_FILTER
@@ -65,7 +64,7 @@ def click(qtbot, window, x, button=LEFT, pieces=1):
     at = QPoint(round(rect.left() + x * rect.width()), rect.center().y())
     QTest.mouseClick(canvas, button, pos=at)
     # The first search loads SciPy.
-    qtbot.waitUntil(lambda: len(finder.pieces) == pieces, timeout=1000 * PATIENCE_S)
+    qtbot.waitUntil(lambda: len(finder.pieces) == pieces)
     label = window.sensitivity.labels[1]
     qtbot.waitUntil(lambda: "href" in label.text.text())
     return label
@@ -161,7 +160,7 @@ def test_keys_in_a_slice_take_the_piece_at_the_cross_hair(qtbot, window):
         window.sensitivity_state.pick((0.58, 0.5))
         window.slices.state.move((3 / 11, 0.5, 0.5))
         QTest.keyClick(view, key)
-        qtbot.waitUntil(lambda: shown(window) is not None, timeout=1000 * PATIENCE_S)
+        qtbot.waitUntil(lambda: shown(window) is not None)
         assert is_left(shown(window)) == (key == Qt.Key.Key_I)
         window.state.edits.undo()
 

@@ -9,7 +9,6 @@ from PySide6.QtCore import QObject, Qt, Signal
 from PySide6.QtTest import QTest
 from ramp import make_tf, make_volume
 from rested_window import open_volume, settle
-from window_fakes import PATIENCE_S
 
 from app.engines.client import EngineState
 from app.engines.engines import REAL_BUILDERS
@@ -91,7 +90,7 @@ def test_vtk_draws_until_the_kernels_are_compiled(qtbot, held):
     window, work, analyst = held, held.workspace.reference, held.context.analyst
     preparation, client = work.preparation, window.reference.client
     window.workspace.opening.open(Path("ramp"))
-    qtbot.waitUntil(lambda: client.is_settled, timeout=1000 * PATIENCE_S)
+    qtbot.waitUntil(lambda: client.is_settled)
     images, questions = preparation.wanted
     assert images.lighting == "path"
     assert (work.settings.lighting, work.settings.renderer) == ("direct", "vtk")
@@ -103,14 +102,14 @@ def test_vtk_draws_until_the_kernels_are_compiled(qtbot, held):
     assert work.settings.lighting == "path"
     assert analyst.state is EngineState.WAITING
     assert "1 of 2" in window.status.prepared.text()
-    qtbot.waitUntil(lambda: window.workspace.is_settled, timeout=1000 * PATIENCE_S)
+    qtbot.waitUntil(lambda: window.workspace.is_settled)
 
     preparation.finish(questions)
-    qtbot.waitUntil(lambda: analyst.is_ready, timeout=1000 * PATIENCE_S)
+    qtbot.waitUntil(lambda: analyst.is_ready)
     assert window.status.prepared.isHidden()
 
     answers = window.workspace.sensitivity
-    qtbot.waitUntil(lambda: bool(answers.regions), timeout=1000 * PATIENCE_S)
+    qtbot.waitUntil(lambda: bool(answers.regions))
     preparation.there.clear()
     work.choose(lighting="soft")
     # They were of another light, or may be of another volume.
@@ -123,7 +122,7 @@ def test_figures_wait_for_the_engine_and_sessions_keep_the_light_that_follows(
     window, work, place = held, held.workspace.reference, tmp_path / "figure.png"
     client = window.reference.client
     window.workspace.opening.open(Path("ramp"))
-    qtbot.waitUntil(lambda: client.is_settled, timeout=1000 * PATIENCE_S)
+    qtbot.waitUntil(lambda: client.is_settled)
 
     def give_up(request, watch):
         while watch.is_wanted():
@@ -143,7 +142,7 @@ def test_figures_wait_for_the_engine_and_sessions_keep_the_light_that_follows(
     assert client.state is EngineState.LOADING and window.saving.sizes()
     titles = window.saving._job.subject.titles
     assert (titles["reference"], titles["b"]) == ("A, path-traced light", "B, direct light")
-    qtbot.waitUntil(place.exists, timeout=1000 * PATIENCE_S)
+    qtbot.waitUntil(place.exists)
     assert not window.notice.text
 
 
@@ -155,7 +154,7 @@ def test_one_image_is_shown_until_the_path_tracer_can_draw(
     window, work, preparation = held, held.workspace.reference, held.workspace.reference.preparation
     window.workspace.opening.open(Path("ramp"))
     window.workspace.open_model(Path("model"))
-    qtbot.waitUntil(lambda: window.reference.client.is_settled, timeout=1000 * PATIENCE_S)
+    qtbot.waitUntil(lambda: window.reference.client.is_settled)
     assert not window.generator.isVisible()
     assert "path-traced light follows" in window.reference.status
     # One image is named by its light, two by what they are.
@@ -166,7 +165,7 @@ def test_one_image_is_shown_until_the_path_tracer_can_draw(
     assert window.workspace.sensitivity.waiting == "0 of 2"
     assert not builders.generators
     preparation.finish(preparation.wanted[0])
-    qtbot.waitUntil(lambda: window.workspace.is_settled, timeout=1000 * PATIENCE_S)
+    qtbot.waitUntil(lambda: window.workspace.is_settled)
     assert window.generator.isVisible() and window.image_error.is_wanted
     qtbot.waitUntil(lambda: window.generator.status == PATH_DRAWER)
     assert "follows" not in window.reference.status
@@ -175,7 +174,7 @@ def test_one_image_is_shown_until_the_path_tracer_can_draw(
     # In another light the model has something to show.
     preparation.there.clear()
     work.choose(lighting="none")
-    qtbot.waitUntil(lambda: len(builders.generators) == 1, timeout=1000 * PATIENCE_S)
+    qtbot.waitUntil(lambda: len(builders.generators) == 1)
     assert window.generator.isVisible()
     # As it was left, so it opens: with the model's image, or without where it was not asked for.
     key = window.workspace.opened.fingerprint
@@ -193,7 +192,7 @@ def test_where_vtk_cannot_draw_the_window_says_how_long_the_first_kernel_takes(
     window, work = held, held.workspace.reference
     preparation, client = work.preparation, window.reference.client
     window.workspace.opening.open(Path("ramp"))
-    qtbot.waitUntil(lambda: client.text.endswith("0 of 2"), timeout=1000 * PATIENCE_S)
+    qtbot.waitUntil(lambda: client.text.endswith("0 of 2"))
     assert "no light" in client.text
     assert client.state is EngineState.WAITING
     assert not window.errors
@@ -203,8 +202,8 @@ def test_where_vtk_cannot_draw_the_window_says_how_long_the_first_kernel_takes(
     assert work.settings.lighting == "soft"
     preparation.finish(preparation.wanted[0])
     # Not before the first picture has rested.
-    qtbot.waitUntil(lambda: work.settings.lighting == "path", timeout=1000 * PATIENCE_S)
-    qtbot.waitUntil(lambda: window.workspace.is_settled, timeout=1000 * PATIENCE_S)
+    qtbot.waitUntil(lambda: work.settings.lighting == "path")
+    qtbot.waitUntil(lambda: window.workspace.is_settled)
 
 
 def test_the_network_draws_while_the_light_is_path_traced(
@@ -392,7 +391,7 @@ def test_without_a_graphics_card_vtk_draws_where_it_is_chosen(
     ):
         choose(**changes)
         is_automatic = changes.get("drawing", "auto") == "auto"
-        qtbot.waitUntil(lambda: client.is_ready and client.is_settled, timeout=1000 * PATIENCE_S)
+        qtbot.waitUntil(lambda: client.is_ready and client.is_settled)
         assert (shown[-1].image.by, bool(shown[-1].remark)) == (name, is_automatic)
 
 
@@ -408,10 +407,10 @@ def test_the_ground_truth_next_to_a_generator_is_vtks_without_a_graphics_card(
     for lighting, name in (("direct", "VTK"), ("none", "VTK"), ("soft", "ray caster")):
         window.workspace.reference.choose(lighting=lighting)
         window.state.set_view(View(azimuth=40.0 + len(shown)))
-        qtbot.waitUntil(lambda: client.is_ready and client.is_settled, timeout=1000 * PATIENCE_S)
+        qtbot.waitUntil(lambda: client.is_ready and client.is_settled)
         assert shown[-1].startswith(name) and window.reference.status.startswith(name)
     # Alone, where nothing is compared with it, the ray caster's faster image stays.
     window.workspace.open_model(None)
     window.workspace.reference.choose(lighting="direct")
-    qtbot.waitUntil(lambda: client.is_ready and client.is_settled, timeout=1000 * PATIENCE_S)
+    qtbot.waitUntil(lambda: client.is_ready and client.is_settled)
     assert shown[-1] == "ray caster" and "llvmpipe" in remarks[-1]
