@@ -11,7 +11,7 @@ from typing import Literal, TypeVar
 
 from PySide6.QtCore import QObject, Signal
 
-from app.engines.messages import EngineReady, Progress, Result
+from app.engines.messages import EngineFailed, EngineReady, Message, Progress, Result
 from app.engines.requests import IMAGES, IMAGES_B, Engine, ImageRequest, Request
 from app.engines.worker import EngineWorker
 
@@ -194,11 +194,7 @@ class EngineClient(QObject):
         self._early.clear()
         self.by_raycast = False
         worker = EngineWorker(factory, self._name, self)
-        worker.engineReady.connect(self._engine_ready)
-        worker.engineFailed.connect(self._engine_failed)
-        worker.resultReady.connect(self._take_result)
-        worker.progressed.connect(self._take_progress)
-        worker.finished.connect(self._clear_retired)
+        worker.told.connect(self._take)
         self._worker = worker
         self._busy_text = busy_text
         # Emitted at each start: requests to the previous engine are lost.
@@ -229,12 +225,12 @@ class EngineClient(QObject):
         """Cancel the requests of a channel."""
         self._early.pop(channel, None)
         if self._worker is not None:
-            self._worker.abandon(channel)
+            self._worker.mailbox.abandon(channel)
 
     def free(self) -> None:
         """Close engines that were built for requests with settings, once they have answered."""
         if self._worker is not None:
-            self._worker.free()
+            self._worker.mailbox.wake()
 
     def wait(self, text: str) -> None:
         """Stop the engine and enter the waiting state with an explanation."""
@@ -262,7 +258,7 @@ class EngineClient(QObject):
     def stop(self) -> None:
         """Stop the engine; returns at once, even if it is busy."""
         if self._worker is not None:
-            self._worker.stop()
+            self._worker.mailbox.close()
             self._retired.append(self._worker)
             self._worker = None
             for channel in self._channels.values():
@@ -287,7 +283,21 @@ class EngineClient(QObject):
         assert self._worker is not None
         if request.channel == IMAGES:
             self._enter(EngineState.WORKING)
-        self._worker.submit(request)
+        self._worker.mailbox.put(request)
+
+    def _take(self, message: Message) -> None:
+        if message is None:
+            self._clear_retired()
+        elif isinstance(message, EngineReady):
+            self._engine_ready(message)
+        elif isinstance(message, EngineFailed):
+            # Without a worker, later requests are ignored and the error remains.
+            self.stop()
+            self.fail(message.error)
+        elif isinstance(message, Result):
+            self._take_result(message)
+        elif self._takes_requests:
+            self._channels[message.request.channel].note(message)
 
     def _engine_ready(self, ready: EngineReady) -> None:
         worker = self._worker
@@ -304,11 +314,6 @@ class EngineClient(QObject):
             # Images come before questions about them.
             for request in sorted(early.values(), key=lambda each: each.asks != ImageRequest.asks):
                 self._pass_on(request)
-
-    def _engine_failed(self, error: str) -> None:
-        # Without a worker, later requests are ignored and the error remains.
-        self.stop()
-        self.fail(error)
 
     def _take_result(self, result: Result) -> None:
         request = result.request
@@ -332,10 +337,6 @@ class EngineClient(QObject):
         self.images.deliver(result)
         if result.is_last and not request.quality.live and request.sequence == self._wanted:
             self._enter(EngineState.SETTLED)
-
-    def _take_progress(self, progress: Progress) -> None:
-        if self._takes_requests:
-            self._channels[progress.request.channel].note(progress)
 
     def _clear_retired(self) -> None:
         """Delete stopped workers once their threads have ended."""

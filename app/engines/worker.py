@@ -58,7 +58,7 @@ class Mailbox:
             return self._slots.pop(channel)
 
     def wake(self) -> None:
-        """End a wait for requests, or the next one."""
+        """End a wait for requests, or the next one: engines of settings are closed if unused."""
         with self._changed:
             self._is_woken = True
             self._changed.notify_all()
@@ -79,7 +79,7 @@ class Mailbox:
         return newer is None and request.channel not in self._abandoned
 
     def close(self) -> None:
-        """Close the mailbox and wake waiting threads; no request can be taken any more."""
+        """End the thread, even if its engine is busy; no request can be taken any more."""
         with self._changed:
             self._closed = True
             self._changed.notify_all()
@@ -91,21 +91,17 @@ class Mailbox:
 
 
 class EngineWorker(QObject):
-    """Builds an engine in its own thread and answers the newest requests there.
+    """Builds an engine in its own thread and answers the newest requests of a mailbox there.
 
     Images get better until there is a newer request of their channel. Between two images, other
     channels take their turn.
 
-    All signals are delivered in the thread of this object. After :meth:`stop`, only `finished` is
-    emitted. The factory runs in the worker's thread. It builds the engine, and one more for each of
-    the settings in use.
+    `told` is emitted in this object's thread: once the mailbox is closed, with None alone, when the
+    worker's thread has ended. The factory, which runs in the worker's thread, builds the engine,
+    and one more for each of the settings in use.
     """
 
-    engineReady = Signal(object)
-    engineFailed = Signal(str)
-    resultReady = Signal(object)
-    progressed = Signal(object)  # emitted with the :class:`Progress` of an answer, now and then
-    finished = Signal()
+    told = Signal(object)  # emitted with each :data:`app.engines.messages.Message`
 
     _message = Signal(object)
 
@@ -114,7 +110,7 @@ class EngineWorker(QObject):
     ) -> None:
         super().__init__(parent)
         self._factory = factory
-        self._mailbox = Mailbox()
+        self.mailbox = Mailbox()
         self._delivered: dict[str, int] = {}
         self._engines: dict[ReferenceSettings | None, Engine] = {}
         # Requests whose better images may follow, by their channel.
@@ -125,22 +121,6 @@ class EngineWorker(QObject):
     def start(self) -> None:
         """Start the thread, which builds the engine first."""
         self._thread.start()
-
-    def submit(self, request: Request) -> None:
-        """Submit a request, replacing a waiting one of its channel; returns at once."""
-        self._mailbox.put(request)
-
-    def abandon(self, channel: str) -> None:
-        """Cancel the requests of a channel unless they are live; returns at once."""
-        self._mailbox.abandon(channel)
-
-    def free(self) -> None:
-        """Close engines of settings, once they have answered; returns at once."""
-        self._mailbox.wake()
-
-    def stop(self) -> None:
-        """Ask the thread to end; returns at once, even if the engine is busy."""
-        self._mailbox.close()
 
     def join(self) -> None:
         """Wait until the thread has ended and its engine is closed."""
@@ -173,8 +153,8 @@ class EngineWorker(QObject):
 
     def _answer_all(self) -> None:
         begun = self._begun
-        while not self._mailbox.closed:
-            request = self._mailbox.take(waits=not begun)
+        while not self.mailbox.closed:
+            request = self.mailbox.take(waits=not begun)
             if request is not None:
                 begun.pop(request.channel, None)
                 coming = _results(self._engine_of, request, self._watch(request))
@@ -215,23 +195,17 @@ class EngineWorker(QObject):
                 last = now
                 self._message.emit(messages.Progress(request, part))
 
-        return Watch(partial(self._mailbox.wants, request), note)
+        return Watch(partial(self.mailbox.wants, request), note)
 
     @Slot(object)
     def _deliver(self, message: messages.Message) -> None:
-        if message is None:
-            self.finished.emit()
-        elif self._mailbox.closed:
-            pass
-        elif isinstance(message, messages.EngineReady):
-            self.engineReady.emit(message)
-        elif isinstance(message, messages.Progress):
-            self.progressed.emit(message)
-        elif isinstance(message, messages.EngineFailed):
-            self.engineFailed.emit(message.error)
-        elif message.request.sequence >= self._delivered.get(message.request.channel, -1):
-            self._delivered[message.request.channel] = message.request.sequence
-            self.resultReady.emit(message)
+        if isinstance(message, messages.Result):
+            number, channel = message.request.sequence, message.request.channel
+            if number < self._delivered.get(channel, -1):
+                return
+            self._delivered[channel] = number
+        if message is None or not self.mailbox.closed:
+            self.told.emit(message)
 
 
 def _results(

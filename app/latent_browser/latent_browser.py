@@ -197,7 +197,6 @@ class LatentBrowser(QWidget):
         super().__init__()
         self._state, self._pictures = state, pictures
         self._session, self._latent = pictures.session, pictures.state
-        self.units = ""  # of the scalar values; may be empty
         self._looked = 0.0  # share of the TFs whose tiny pictures are drawn
         self._brushes: list[Brush] = []  # earlier rectangles, for the grid's wheel
         self._brightness = reference.brightness
@@ -331,7 +330,7 @@ class LatentBrowser(QWidget):
 
     def _color(self, _overview: object = None) -> None:
         if self._session.map is not None and self._latent.choices.shown:
-            self.map.show_shades(shades_of(self._session, self.units))
+            self.map.show_shades(shades_of(self._session, self._state.units))
 
     def _choose_place(self) -> None:
         place = self._latent.hover

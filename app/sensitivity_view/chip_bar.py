@@ -21,7 +21,7 @@ from app.controls import (
     text_button,
 )
 from app.icons import IconButton
-from app.state.sensitivity_state import EngineChoice, SensitivityState, Tool
+from app.state.sensitivity_state import EngineChoice, SensitivityState
 from app.tf_editor.histogram import HistogramLayer
 from model.sensitivity.display import Measure
 
@@ -131,8 +131,6 @@ ENGINES: dict[EngineChoice, tuple[str, str]] = {
     "learned": ("Learned", "The model of this volume"),
 }
 
-TOOLS: dict[str, Tool] = {"Draw a rectangle\tR": "rectangle", "Draw a lasso\tL": "lasso"}
-
 FOLDED_BELOW = 1100  # width of the editor below which the chips need less room, in pixels
 
 CHANGE_TIP = (
@@ -180,8 +178,6 @@ class ChipBar(QWidget):
         self._measures = add_choices(menu, MEASURES, lambda measure: asked.choose(measure=measure))
         add_title(menu, "Computed by")
         self._engines = add_choices(menu, ENGINES, lambda engine: asked.choose(engine=engine))
-        self.source = menu.addAction("")
-        self.source.setEnabled(False)
         add_action(menu, "As table…", show_table).setToolTip("The numbers of the curve")
         menu.addSeparator()
         tip = "Keep the scale of colours and curve, to compare"
@@ -209,18 +205,10 @@ class ChipBar(QWidget):
             action.setCheckable(True)
             action.setChecked(number == active)
         menu.addSeparator()
-        for text, tool in TOOLS.items():
-            action = add_action(menu, text, partial(self._toggle_tool, tool))
-            action.setCheckable(True)
-            action.setChecked(state.tool == tool)
-        menu.addSeparator()
         for text, slot in (
             ("Rename…", self.ask_name), ("Remove\tShift+Del", state.remove_region),
         ):  # fmt: skip
             add_action(menu, text, slot).setEnabled(state.active is not None)
-
-    def _toggle_tool(self, tool: Tool) -> None:
-        self._state.set_tool(None if self._state.tool == tool else tool)
 
     def _choose_region(self, number: int) -> None:
         self._state.activate(number - 1 if number else None)
@@ -256,8 +244,7 @@ class ChipBar(QWidget):
         self._engines[choices.engine].setChecked(True)
 
     def say_source(self, said: str) -> None:
-        """Name the source of the curve, in the menu and in the tooltip."""
-        self.source.setText(said or "No answer yet")
+        """Name the source of the curve in the tooltip."""
         self.change.setToolTip(f"{CHANGE_TIP}\n{said}" if said else CHANGE_TIP)
 
     def fold(self, width: int, has_panel: bool) -> None:

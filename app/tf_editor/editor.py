@@ -15,7 +15,7 @@ from app.state.preferences import Preferences
 from app.state.viewer_state import ViewerState
 from app.tf_editor.handles import HandleMoves, Selection, handle_name
 from app.tf_editor.mode_card import ModeCard
-from app.tf_editor.plot_area import PINS_HEIGHT, PlotArea, PlotData
+from app.tf_editor.plot_area import PINS_HEIGHT, PlotArea
 from app.tf_editor.plot_gestures import EditorKeys, PlotGestures
 from app.tf_editor.range_layer import RangeLayer
 from app.tf_editor.tf_layers import ColorLayer, OpacityLayer
@@ -63,10 +63,9 @@ class TransferFunctionEditor(QFrame):
         QShortcut(QKeySequence("F2"), self, self.card.edit)
         self.setEnabled(False)
 
-    def set_data(self, data: PlotData) -> None:
+    def set_data(self, opened: OpenedVolume) -> None:
         """Show a volume's histogram and allow editing."""
-        self.area.set_data(data)
-        self.menu.presets.units = data.units
+        self.area.set_data(opened)
         # The volume's TF follows.
         self._is_new = True
         self.setEnabled(True)
@@ -76,10 +75,10 @@ class TransferFunctionEditor(QFrame):
         self.pane_button.title = f"TF of {name}"
         self.pane_button.setVisible(bool(name))
 
-    def set_scale(self, data: PlotData) -> None:
+    def set_scale(self, opened: OpenedVolume) -> None:
         """Show the same volume on another scale."""
-        self.set_data(data)
-        if self._state.scale == data.scale:
+        self.set_data(opened)
+        if self._state.scale == opened.volume.scale:
             # No TF follows: undo has restored this one.
             self._follow_tf(self._state.transfer_function)
 

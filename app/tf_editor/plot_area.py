@@ -1,7 +1,6 @@
 """The two plots of the editor, stacked over a common scalar axis."""
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable
 from typing import Any, Literal, cast
 
 import numpy as np
@@ -22,6 +21,7 @@ from PySide6.QtWidgets import (
 
 from app import theme
 from app.controls import BY_KEYS, QT_SHIFT, add_action
+from app.state.opened_volume import OpenedVolume
 from app.tf_editor.handles import DragHandle
 from app.tf_editor.histogram import Curve, HistogramLayer
 from app.tf_editor.unit_axis import OpacityScale, ScalarAxis
@@ -48,18 +48,6 @@ OVERHANG = 44  # pixels by which numbers at the ends may reach beyond the plot
 
 # Nothing here uses its hover events, which cost as much as a drag.
 pg.setConfigOption("mouseRateLimit", 5)
-
-
-@dataclass(frozen=True, eq=False)
-class PlotData:
-    """A volume's histogram: counts (bins,), increasing edges (bins + 1,), voxels' range, unit."""
-
-    counts: NDArray[np.int64]
-    edges: NDArray[np.float64]
-    data_range: Range
-    units: str = ""
-    scale: ValueScale = "linear"
-    numbers: Mapping[int, int] | None = None  # see :class:`ScalarAxis`
 
 
 class PlotArea(QObject):
@@ -243,14 +231,15 @@ class PlotArea(QObject):
     def _label_values(self) -> None:
         self._values.set_labels(self.axis.marks(self._units), theme.DIM)
 
-    def set_data(self, data: PlotData) -> None:
+    def set_data(self, opened: OpenedVolume) -> None:
         """Show a volume's histogram and all of its values."""
-        self.data_range, self._units = data.data_range, data.units
-        self.histogram.set_data(data.counts, data.edges)
-        title = "Scalar value, logarithmic" if data.scale == "log" else "Scalar value"
-        self._values.setToolTip(f"{title} ({data.units})" if data.units else title)
-        is_logarithmic = self.axis.scale != "linear"
-        self.set_axis(ScalarAxis.over(data.data_range, is_logarithmic, data.scale, data.numbers))
+        volume, units = opened.volume, opened.volume.units
+        self.data_range, self._units = volume.data_range, units
+        self.histogram.set_data(opened.counts, opened.edges)
+        title = "Scalar value, logarithmic" if volume.scale == "log" else "Scalar value"
+        self._values.setToolTip(f"{title} ({units})" if units else title)
+        labels = volume.scale, volume.file.label_numbers
+        self.set_axis(ScalarAxis.over(volume.data_range, self.axis.scale != "linear", *labels))
 
     def set_axis(self, axis: ScalarAxis) -> None:
         """Show other values, or on another scale."""

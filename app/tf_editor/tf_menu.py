@@ -68,7 +68,6 @@ class PresetMenu(QMenu):
         self._state, self._area = state, area
         self._listed: tuple[Preset, ...] = ()
         self.own: Callable[[], Sequence[Preset]] = tuple  # the user's own, listed last
-        self.units = ""  # unit of the volume's scalars; may be empty
         self.list = named(QListWidget(), "Presets")
         self.list.setGridSize(CELL)
         self.list.setWordWrap(True)
@@ -101,11 +100,10 @@ class PresetMenu(QMenu):
             # Looks such as skin or glass make no sense for labels.
             return default, *self.own()
         # Of the whole volume, so that the order does not depend on the shown range.
-        of_patient = bool(self._state.axis_labels) or looks_like_hu(
-            self._area.data_range, self.units
-        )
+        units, scale, axes = self._state.units, self._state.scale, self._state.axis_labels
+        of_patient = bool(axes) or looks_like_hu(self._area.data_range, units)
         counts, edges = histogram.counts, histogram.edges
-        others = presets(scalar_range, counts, edges, self.units, self._state.scale, of_patient)
+        others = presets(scalar_range, counts, edges, units, scale, of_patient)
         return default, *others, *self.own()
 
     def take(self, item: QListWidgetItem) -> None:
@@ -149,17 +147,7 @@ SWATCH = QSize(30, 14)
 
 PRESETS_TIP = "Transfer functions to start from, with pictures of this volume"
 
-HINT = "\n".join(
-    (
-        "Range, axis and kind of the transfer function. In its plots:",
-        "Double-click: add a mode or point; click the strip: add a colour",
-        "Shift or Ctrl and click, or a frame drawn with Shift: select several (Ctrl+A: all)",
-        "Arrows: move; with Shift: farther; Delete: remove; Insert: add",
-        "F2: type its numbers; Tab: next handle; Enter on a colour: choose it",
-        "Ctrl and wheel, + and -: zoom; middle button: pan; Home: show all",
-        "Drag the lines at the ends: range",
-    )
-)
+MORE_TIP = "Range, axis and kind of the transfer function"
 
 _LEAST_SHARE = 1e-6  # smallest range that can be typed, as a fraction of the volume's
 PERCENTILES = {".1 to 99.9 % of the voxels": (0.1, 99.9), "1 to 99 % of the voxels": (1.0, 99.0)}
@@ -230,7 +218,7 @@ class TransferFunctionMenu(QObject):
         super().__init__(parent)
         self._area, self._layer, self._moves = area, layer, moves
         self._state = state = moves.state
-        self.button = IconButton("more", "More", tip=HINT)
+        self.button = IconButton("more", "More", tip=MORE_TIP)
         self.menu = QMenu(self.button)
         show_tips(self.menu)
         self.presets_button = _menu_button("Presets", "Presets ▾", PRESETS_TIP)

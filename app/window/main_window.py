@@ -21,7 +21,6 @@ from app.state.latent_session import LatentChoices
 from app.state.open_model import LIGHTS
 from app.state.opened_volume import OpenedVolume
 from app.state.preferences import Preferences
-from app.tf_editor.plot_area import PlotData
 from app.window.figure import Subject
 from app.window.menus import Menus
 from app.window.window_parts import WindowParts
@@ -318,7 +317,6 @@ class MainWindow(WindowParts):
         shape = " × ".join(str(n) for n in volume.dimensions)
         self.setWindowTitle(f"{volume.name} ({shape}) – tfscope")
         self.top_bar.volume.title, self.top_bar.volume.detail = volume.name, shape
-        self.browser.units = volume.units
         self.overlays.start_volume(Subject(volume.units, Scale.of(volume, opened.shown)))
         self.tools.setEnabled(True)
         self.reference.caption.show()
@@ -327,7 +325,7 @@ class MainWindow(WindowParts):
         for handles in self.crop_handles:
             handles.set_volume(volume.dimensions)
         self.plot_memory.start(opened)
-        self.editor.set_data(_plot_data(opened))
+        self.editor.set_data(opened)
 
     def _start_volume(self) -> None:
         """Show an opened volume's notices and questions, now that its TF is set."""
@@ -349,16 +347,10 @@ class MainWindow(WindowParts):
         self.menus.refresh()
 
     def _show_scale(self, opened: OpenedVolume) -> None:
-        self.editor.set_scale(_plot_data(opened))
+        self.editor.set_scale(opened)
         # A band kept over the plot would mark other values.
         self.sensitivity_state.release()
         self.scene_notices.show_scale(opened)
-
-
-def _plot_data(opened: OpenedVolume) -> PlotData:
-    volume = opened.volume
-    known = volume.data_range, volume.units, volume.scale, volume.file.label_numbers
-    return PlotData(opened.counts, opened.edges, *known)
 
 
 def _first_in(area: QWidget) -> QWidget | None:

@@ -8,6 +8,7 @@ from window_fakes import PATIENCE_S, FakeEngine, RefiningEngine, make_request
 
 from app.engines import requests
 from app.engines.client import Channel, EngineClient, EngineState
+from app.engines.messages import Result
 from app.engines.worker import EngineWorker
 from model.errors import CheckpointError, RenderError
 from model.scene.region import Region
@@ -19,27 +20,28 @@ class Harness:
         self.results = []
         self.receivers = []
         self.worker = EngineWorker(self._build, "test")
-        self.worker.resultReady.connect(self._receive)
-        act_until(qtbot, self.worker.engineReady, self.worker.start)
+        self.worker.told.connect(self._receive)
+        act_until(qtbot, self.worker.told, self.worker.start)
 
     def _build(self):
         self.engine.threads = [threading.current_thread()]
         return self.engine
 
-    def _receive(self, result):
-        self.results.append(result)
-        self.receivers.append(threading.current_thread())
+    def _receive(self, message):
+        if isinstance(message, Result):
+            self.results.append(message)
+            self.receivers.append(threading.current_thread())
 
     def wait_started(self):
         assert self.engine.started.acquire(timeout=PATIENCE_S)
 
     def begin(self, live=False):
         """Have the first image drawn."""
-        self.worker.submit(make_request(1, live))
+        self.worker.mailbox.put(make_request(1, live))
         self.wait_started()
 
     def end(self, qtbot):
-        act_until(qtbot, self.worker.finished, self.worker.stop)
+        act_until(qtbot, self.worker.told, self.worker.mailbox.close)
         self.worker.join()
 
 
@@ -47,7 +49,7 @@ def test_a_stale_result_is_dropped(qtbot):
     harness = Harness(qtbot, FakeEngine())
     for sequence, live in ((5, False), (3, True), (6, False)):
         with qtbot.waitSignal(harness.worker._message):
-            harness.worker.submit(make_request(sequence, live))
+            harness.worker.mailbox.put(make_request(sequence, live))
     qtbot.waitUntil(lambda: len(harness.results) == 2)
     assert [(r.request.sequence, r.request.quality.live) for r in harness.results] == [
         (5, False),
@@ -70,29 +72,29 @@ def test_engines_of_settings_are_closed_after_what_waits(qtbot):
         return engines[-1]
 
     worker = EngineWorker(build, "test")
-    act_until(qtbot, worker.engineReady, worker.start)
+    act_until(qtbot, worker.told, worker.start)
     of_b = replace(
         make_request(1), settings=requests.ReferenceSettings(), channel=requests.IMAGES_B
     )
 
     def ask_of_b(count):
-        worker.submit(of_b)
+        worker.mailbox.put(of_b)
         qtbot.waitUntil(lambda: sum(len(each.requests) for each in engines[1:]) == count)
 
     ask_of_b(1)
     # One that is asked again meanwhile stays.
-    worker.free()
+    worker.mailbox.wake()
     gate.release()
     ask_of_b(2)
     gate.release()
     ask_of_b(3)
     assert len(engines) == 2
-    worker.submit(make_request(2))
-    worker.free()
+    worker.mailbox.put(make_request(2))
+    worker.mailbox.wake()
     gate.release(2)
     qtbot.waitUntil(lambda: engines[1].closed)
     assert engines[0].requests and not engines[0].closed
-    act_until(qtbot, worker.finished, worker.stop)
+    act_until(qtbot, worker.told, worker.mailbox.close)
     worker.join()
 
 
@@ -107,13 +109,13 @@ def test_stopping_while_the_engine_is_built_closes_it(qtbot):
 
     worker = EngineWorker(build, "test")
     ready = []
-    worker.engineReady.connect(ready.append)
+    worker.told.connect(ready.append)
     worker.start()
-    worker.submit(make_request(1))
-    worker.stop()
-    act_until(qtbot, worker.finished, may_load.set)
+    worker.mailbox.put(make_request(1))
+    worker.mailbox.close()
+    act_until(qtbot, worker.told, may_load.set)
     worker.join()
-    assert ready == []
+    assert ready == [None]
     assert engines[0].closed
     assert engines[0].requests == []
 
@@ -129,11 +131,11 @@ def test_each_channel_has_a_slot_of_its_own_and_its_turn(qtbot):
     gate = threading.Semaphore(0)
     harness = Harness(qtbot, FakeEngine(gate=gate))
     harness.begin()
-    harness.worker.submit(visibility(2))
-    harness.worker.submit(make_request(3))
-    harness.worker.submit(visibility(4))
-    harness.worker.submit(make_request(5))
-    with qtbot.waitSignals([harness.worker.resultReady] * 3):
+    harness.worker.mailbox.put(visibility(2))
+    harness.worker.mailbox.put(make_request(3))
+    harness.worker.mailbox.put(visibility(4))
+    harness.worker.mailbox.put(make_request(5))
+    with qtbot.waitSignals([harness.worker.told] * 3):
         gate.release(2)
     found = [(r.request.channel, r.request.sequence) for r in harness.results]
     # The visibility came first of the two that waited, and only the newest of each was left.
@@ -152,13 +154,13 @@ def widths_of(harness):
 def test_images_become_better_until_there_is_a_newer_request(qtbot):
     gate = threading.Semaphore(0)
     harness = Harness(qtbot, RefiningEngine([3, 6, 9], gate))
-    harness.worker.submit(make_request(1))
+    harness.worker.mailbox.put(make_request(1))
     gate.release()
     qtbot.waitUntil(lambda: widths_of(harness) == [(1, 3)])
     harness.wait_started()
     harness.wait_started()
     # The second one is being drawn.
-    harness.worker.submit(make_request(2))
+    harness.worker.mailbox.put(make_request(2))
     gate.release(10)
     qtbot.waitUntil(lambda: len(harness.results) == 5)
     assert widths_of(harness) == [(1, 3), (1, 6), (2, 3), (2, 6), (2, 9)]
@@ -172,8 +174,8 @@ def test_others_have_their_turn_while_images_become_better(qtbot, is_called_off,
     harness = Harness(qtbot, RefiningEngine([3, 6, 9], gate))
     harness.begin()
     if is_called_off:
-        harness.worker.abandon("images")
-    harness.worker.submit(visibility(2))
+        harness.worker.mailbox.abandon("images")
+    harness.worker.mailbox.put(visibility(2))
     gate.release(10)
     qtbot.waitUntil(lambda: [r.request.sequence for r in harness.results] == order)
     harness.end(qtbot)
@@ -197,9 +199,9 @@ def test_what_is_replaced_or_called_off_or_of_a_closed_window_is_given_up(qtbot,
     harness = Harness(qtbot, Endless())
     harness.begin(live=end == "newer than a live one")
     if end == "called off":
-        harness.worker.abandon("images")
+        harness.worker.mailbox.abandon("images")
     if end != "closed":
-        harness.worker.submit(make_request(2))
+        harness.worker.mailbox.put(make_request(2))
         qtbot.waitUntil(lambda: bool(harness.results))
     harness.end(qtbot)
     assert [r.request.sequence for r in harness.results] == ([] if end == "closed" else [2])

@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
+from editor_events import histogram
 
 from app.tf_editor.editor import TransferFunctionEditor
-from app.tf_editor.plot_area import PlotData
 
-DATA = PlotData(np.arange(256), np.linspace(100.0, 200.0, 257), (100.0, 200.0), "K")
+DATA = histogram(np.arange(256), np.linspace(100.0, 200.0, 257), (100.0, 200.0))
 
 
 @pytest.fixture

@@ -2,7 +2,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from editor_events import LEFT, double_click, drag, pixel
+from editor_events import LEFT, double_click, drag, histogram, pixel
 from hypothesis import example, given
 from hypothesis import strategies as st
 from mouse_events import wheel
@@ -11,7 +11,6 @@ from PySide6.QtTest import QTest
 
 from app.number_box import MINUS
 from app.tf_editor.histogram import without_comb
-from app.tf_editor.plot_area import PlotData
 from app.tf_editor.unit_axis import OpacityScale, ScalarAxis, ticks
 from app.theme import DARK, LIGHT, apply_theme
 from model.scene.ranges import fit_to_range
@@ -26,7 +25,7 @@ CTRL = Qt.KeyboardModifier.ControlModifier
 def editor(open_editor):
     # One voxel far away, as of a piece of metal.
     counts, edges = np.array([100, 800, 99, 1]), np.array([100.0, 120.0, 180.0, 200.0, 300.0])
-    return open_editor(PlotData(counts, edges, (100.0, 300.0), "K"))
+    return open_editor(histogram(counts, edges, (100.0, 300.0)))
 
 
 def test_what_is_painted_from_a_cache_takes_another_theme(qapp, editor):
@@ -244,7 +243,7 @@ def test_gaps_that_are_not_a_combs_stay():
 def test_the_histogram_of_another_volume_is_painted(qapp, editor):
     gray = []
     for counts in ([800, 9, 9, 9], [9, 9, 9, 800]):
-        editor.set_data(PlotData(np.array(counts), np.linspace(100.0, 300.0, 5), (100.0, 300.0)))
+        editor.set_data(histogram(np.array(counts), np.linspace(100.0, 300.0, 5), (100.0, 300.0)))
         qapp.processEvents()
         shown = editor.area.widget.grab().toImage()
         gray.append([shown.pixelColor(pixel(editor, at, 0.7)).lightness() for at in (125.0, 275.0)])
