@@ -391,7 +391,9 @@ class RightClick(QObject):
             self._menu.popup(event.globalPosition().toPoint())
         self._pressed = position
         pressed = kind == QEvent.Type.MouseButtonPress and event.buttons()
-        self._is_click = pressed == Qt.MouseButton.RightButton
+        # Buttons over the widget pass the right one on.
+        is_free = self._widget.childAt(position.toPoint()) is None
+        self._is_click = pressed == Qt.MouseButton.RightButton and is_free
         return False
 
 

@@ -23,6 +23,14 @@ LARGEST_SIZE = 8192  # largest width and height of a picture
 BAND_ROWS = 64  # rows computed at once, so that large pictures take little more memory
 
 
+def is_bright(background: Background | None) -> bool:
+    """Whether a background is so bright that marks on it are black."""
+    if background is None or background == "gradient":
+        return False
+    red, green, blue = background
+    return 0.299 * red + 0.587 * green + 0.114 * blue > 140
+
+
 def compose(
     rgba: NDArray[np.float32] | NDArray[np.uint8],
     background: Background | None,

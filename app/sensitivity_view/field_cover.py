@@ -60,7 +60,7 @@ class ColorBar(QToolButton):
 
     def show_scale(self, measure: display.Shown, texts: tuple[str, str, str], tip: str) -> None:
         """Show a scale."""
-        self._bar = _shades(measure)
+        self._bar = to_qimage(display.color_bar(measure, BAR.width())[None])
         self._texts = texts
         self.setToolTip(f"{tip}\n{TIP}")
         self.setAccessibleName(f"Colours: {texts[0]} to {texts[1]} {texts[2]}")
@@ -114,11 +114,8 @@ class ColorBar(QToolButton):
         return LOCKED if self._sensitivity.choices.locked else ""
 
 
-def paint_bar(
-    painter: QPainter, rect: QRect, right: int, measure: display.Shown, text: str
-) -> None:
+def paint_bar(painter: QPainter, rect: QRect, right: int, bar: QImage, text: str) -> None:
     """Paint a colour bar into an image's lower left corner, with a text that ends at `right`."""
-    bar = _shades(measure)
     x, y = rect.left() + MARGIN, rect.bottom() - MARGIN - BAR.height()
     painter.drawImage(QRectF(x, y, BAR.width(), BAR.height()), bar)
     painter.setPen(QPen(QColor(theme.ON_IMAGE.dim), 1))
@@ -126,18 +123,15 @@ def paint_bar(
     painter.drawRect(QRectF(x, y, BAR.width(), BAR.height()))
     flags = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignBottom | Qt.TextFlag.TextWordWrap
     room = QRectF(x, y - 4 - ROOM, right - MARGIN - x, ROOM)
-    # Images may be bright there.
+    # Images may be bright there. Without a pen, Qt knows no size of a text.
+    plate = painter.boundingRect(room, flags, text).adjusted(-4, -2, 4, 2)
     ground = QColor(theme.ON_IMAGE.field)
     ground.setAlpha(BACKING)
     painter.setPen(Qt.PenStyle.NoPen)
     painter.setBrush(ground)
-    painter.drawRoundedRect(painter.boundingRect(room, flags, text).adjusted(-4, -2, 4, 2), 3, 3)
+    painter.drawRoundedRect(plate, 3, 3)
     painter.setPen(QColor(theme.ON_IMAGE.text))
     painter.drawText(room, flags, text)
-
-
-def _shades(measure: display.Shown) -> QImage:
-    return to_qimage(display.color_bar(measure, BAR.width())[None])
 
 
 RISES = "if opacity rises by .01"  # the edit whose change is shown

@@ -26,7 +26,7 @@ from PySide6.QtGui import (
 
 from app.image_view.image_canvas import to_qimage
 from app.number_box import short
-from app.picture import BLACK, Background, compose, empty_picture
+from app.picture import BLACK, WHITE, Background, compose, empty_picture, is_bright
 from app.tf_editor.unit_axis import ticks
 from model.rendering.raster import at_size_of
 from model.rendering.scale_bar import Scale, ScaleBar
@@ -35,7 +35,14 @@ from model.scene.tf_editing import opacity_handles
 from model.scene.transfer_function import TransferFunction
 from model.scene.view import Projection, View
 from model.scene.volume import Triple
-from model.sensitivity.display import LEAST_DIFFERENCE, Shown, color_bar, overlay, scale_of
+from model.sensitivity.display import (
+    LEAST_DIFFERENCE,
+    Shown,
+    color_bar,
+    on_white,
+    overlay,
+    scale_of,
+)
 
 TEXT_SIZE = 1 / 42  # height of the text relative to the shorter side of the image
 LEAST_TEXT = 10  # least height of the text in pixels
@@ -80,11 +87,8 @@ class Marks:
         self._font = QFont(painter.font())
         self._font.setPixelSize(text)
         self._metrics = QFontMetricsF(self._font)
-        is_bright = False
-        if background is not None and background != "gradient":
-            red, green, blue = background
-            is_bright = 0.299 * red + 0.587 * green + 0.114 * blue > 140
-        self._ink, halo = (DARK, QColor(LIGHT)) if is_bright else (LIGHT, QColor(DARK))
+        is_dark = not is_bright(background)
+        self._ink, halo = (LIGHT, QColor(DARK)) if is_dark else (DARK, QColor(LIGHT))
         halo.setAlpha(HALO_OPACITY)
         line = max(text / 12, 1.0)
         self._line = QPen(self._ink, line)
@@ -137,14 +141,14 @@ class Marks:
             x, most = right.x() + 0.7 * text, self._rect.right() - self._width_of(length) - text
             self._write(min(x, most), right.y() + (0.35 if x <= most else -0.7) * text, length)
 
-    def difference_bar(self, compared: Comparison) -> None:
+    def difference_bar(self, compared: Comparison, background: Background | None) -> None:
         """Paint the colours of a difference at the lower right, with their ends."""
         text, rect = self._text, self._rect
         width = min(12 * text, 0.4 * rect.width())
         right, bottom = rect.right() - 1.2 * text, rect.bottom() - 2.6 * text
         bar = QRectF(right - width, bottom - 0.9 * text, width, 0.9 * text)
         self._frame(bar)
-        self._painter.drawImage(bar, to_qimage(color_bar(compared.measure, SAMPLES)[None]))
+        self._painter.drawImage(bar, compared.bar(background))
         first, last = compared.ends
         title = self._elided(compared.title, rect.width() - 2.4 * text)
         self._write_before(bar.right(), bar.top() - 0.5 * text, title)
@@ -319,10 +323,11 @@ def figure(
         # For a single image, its own.
         tfs = [*tfs, (subject.b or inputs).transfer_function][-len(names) :]
     last = [name for name in names if name != "difference"][-1:]
-    # The difference is opaque, on black.
-    grounds = [BLACK if name == "difference" else choice.background for name in names]
+    # The difference is opaque; what is transparent is usually for paper.
+    ground = WHITE if choice.background is None or is_bright(choice.background) else BLACK
+    grounds = [ground if name == "difference" else choice.background for name in names]
     shown = [
-        to_qimage(compared.colored)
+        compared.picture(ground)
         if name == "difference" and compared is not None
         else compose(images[name][0], ground, images[name][1])
         for name, ground in zip(names, grounds, strict=True)
@@ -344,7 +349,7 @@ def figure(
         if len(names) > 1:
             marks.caption(titles[name])
         if name == "difference" and compared is not None:
-            marks.difference_bar(compared)
+            marks.difference_bar(compared, background)
         elif choice.legend and name in last:
             marks.legend(legend_of(*tfs), subject.units)
         if choice.scale_bar and name == names[0] and subject.scale is not None:
@@ -415,7 +420,7 @@ class Comparison:
         one, other = self._pair
         return one.astype(np.float64) - other
 
-    @property
+    @cached_property
     def error(self) -> float:
         """Root mean square of the differences of the colours."""
         return math.sqrt(self._mean((self.apart**2).mean(axis=-1)))
@@ -446,6 +451,14 @@ class Comparison:
         """The drawn image with the difference over it, (H, W, 3)."""
         return overlay(np.clip(self.drawn, 0, 1), self.difference, self.scale, self.measure)
 
+    def picture(self, background: Background | None) -> QImage:
+        """The difference over the drawn image: black for none, or white if the background is."""
+        return _on(background, self.colored)
+
+    def bar(self, background: Background | None) -> QImage:
+        """A row of the colours of the difference."""
+        return _on(background, color_bar(self.measure, SAMPLES)[None])
+
     @property
     def ends(self) -> tuple[str, str]:
         """Differences at the first and the last colour."""
@@ -456,6 +469,10 @@ class Comparison:
     def title(self) -> str:
         """Meaning of the colours."""
         return "luminance of B − A" if self.is_of_b else "difference from the ground truth"
+
+
+def _on(background: Background | None, colors: NDArray[np.float64]) -> QImage:
+    return to_qimage(on_white(colors) if is_bright(background) else colors)
 
 
 def _colors(rgba: Rgba) -> Image:

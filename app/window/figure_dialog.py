@@ -202,9 +202,8 @@ class FigureDialog(QDialog):
         for box in (self.width_box, self.height_box):
             box.set_limits(LEAST_SIZE, largest)
         self._take_side(self.width_box, 0)
-        # The difference has its own colours and no background.
-        for widget in (self.legend_box, self.background_box):
-            self._form.setRowVisible(widget, which != "difference")
+        # The difference has its own colours.
+        self._form.setRowVisible(self.legend_box, which != "difference")
         if self.samples_box is not None:
             self._form.setRowVisible(self.samples_box, which not in ("generator", "difference"))
         self._show_result()

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import partial
+from functools import lru_cache, partial
 from typing import Literal, get_args
 
 from PySide6.QtCore import QObject, QRect
-from PySide6.QtGui import QImage, QPainter
+from PySide6.QtGui import QPainter
 
 from app.engines.requests import ReferenceSettings
 from app.glosses import SENTENCES
 from app.image_view.engine_pane import EnginePane, OpacityInset
-from app.image_view.image_canvas import ImageCanvas, to_qimage
+from app.image_view.image_canvas import ImageCanvas
 from app.image_view.orientation_cube import OrientationCube
 from app.picture import BLACK, WHITE, Background
 from app.sensitivity_view.field_cover import paint_bar
@@ -132,6 +132,7 @@ TIP_B = (
     f"{SENTENCES['RMSE']} Difference (D) shows where."
 )
 SHOWN = 0.0005  # least difference that is not 0 in the shown digits
+_picture = lru_cache(maxsize=1)(Comparison.picture)
 FOLLOWS = "difference follows when both images are complete"
 UNUSUAL = "It is far above the model's errors in tests, which had no such TF or view."
 
@@ -153,7 +154,6 @@ class ImageError(QObject):
         self._context = context
         self._shown: dict[EnginePane, tuple[SceneInputs, Image, ReferenceSettings]] = {}
         self.is_wanted = False  # whether to show the difference if there is one
-        self._difference: QImage | None = None
         self._compared: Comparison | None = None
         for pane in context.panes:
             pane.imageShown.connect(partial(self._take, pane))
@@ -164,6 +164,11 @@ class ImageError(QObject):
     def pane(self) -> EnginePane:
         """Pane whose image is compared with the reference's."""
         return self._pane_b if self._state.tf_input.compares else self._generator
+
+    @property
+    def shown(self) -> Comparison | None:
+        """The comparison whose difference is shown."""
+        return self._compared if self.is_wanted else None
 
     @property
     def compared(self) -> Comparison | None:
@@ -214,8 +219,6 @@ class ImageError(QObject):
         if isinstance(compared, str):
             self._clear(compared)
             return
-        if self.is_wanted and self._difference is not None and compared is self._compared:
-            return
         error = compared.error
         lighting = self._workspace.reference.settings.lighting
         said, tip, is_unusual = f"error {error:.3f}".replace(" 0.", " ."), TIP, False
@@ -229,7 +232,6 @@ class ImageError(QObject):
             tip, is_unusual = f"{TIP} {UNUSUAL}", True
         self.pane.set_note(said, tip, is_unusual)
         self._compared = compared
-        self._difference = to_qimage(compared.colored) if self.is_wanted else None
         self._context.update_images()
 
     def set_wanted(self, wanted: bool) -> None:
@@ -238,9 +240,9 @@ class ImageError(QObject):
         self.compare()
 
     def _paint(self, pane: EnginePane, painter: QPainter, rect: QRect) -> None:
-        canvas, compared, wiped = pane.canvas, self._compared, self._reference.canvas.wiped
+        canvas, compared, wiped = pane.canvas, self.shown, self._reference.canvas.wiped
         over = self.pane if wiped is None else self._reference
-        if self._difference is None or compared is None or pane is not over:
+        if compared is None or pane is not over:
             return
         if canvas.cover is not None:
             return
@@ -249,9 +251,9 @@ class ImageError(QObject):
         if wiped is not None:
             # On B's side of the line.
             painter.setClipRect(canvas.rect().adjusted(wiped[1] + 1, 0, 0, 0))
-        painter.drawImage(place, self._difference)
+        painter.drawImage(place, _picture(compared, pane.background))
         painter.setClipping(False)
-        paint_bar(painter, place, whole.right(), compared.measure, text)
+        paint_bar(painter, place, whole.right(), compared.bar(pane.background), text)
 
     def follow(self) -> None:
         """Stop comparing images that are not the present state's."""
@@ -265,7 +267,7 @@ class ImageError(QObject):
         notes[self.pane] = why * self.is_wanted
         if self._compared is None and all(pane.note == note for pane, note in notes.items()):
             return
-        self._difference = self._compared = None
+        self._compared = None
         for pane, note in notes.items():
             pane.set_note(note)
         self._context.update_images()

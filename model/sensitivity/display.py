@@ -91,6 +91,12 @@ def overlay(
     return _over_gray(image, colors, alpha)
 
 
+def on_white(colors: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Exchange light and dark of colours (..., 3): white for black, and the same hues."""
+    most, least = (end(colors, axis=-1, keepdims=True) for end in (np.max, np.min))
+    return np.asarray(colors + 1 - most - least)
+
+
 def field_of_value(
     field: NDArray[np.float32], value: float | None, scalar_range: Range
 ) -> NDArray[np.float32]:

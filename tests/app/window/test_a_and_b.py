@@ -305,7 +305,7 @@ def test_the_difference_is_said_and_shown_over_b(qtbot, window):
     for name in ("A", "B"):
         window.state.tf_input.focus(name)
         settle(qtbot, window)
-        assert window.pane_b.note.startswith("differs") and window.image_error._difference
+        assert window.pane_b.note.startswith("differs") and window.image_error.shown
     window.state.tf_input.swap()
     settle(qtbot, window)
     swapped = window.image_error.compared.difference
@@ -336,7 +336,7 @@ def test_in_one_image_the_line_divides_a_from_b(qtbot, window):
     # So it divides A from the difference.
     before, row = a.grab().toImage(), a.height() // 2 + 60
     QTest.keyClick(window, Qt.Key.Key_D)
-    qtbot.waitUntil(lambda: window.image_error._difference is not None)
+    qtbot.waitUntil(lambda: window.image_error.shown is not None)
     after, at = a.grab().toImage(), round(0.7 * a.width())
     assert line.isVisible() and before.pixelColor(at - 40, row) == after.pixelColor(at - 40, row)
     assert before.pixelColor(at + 40, row) != after.pixelColor(at + 40, row)

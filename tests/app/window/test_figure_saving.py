@@ -332,7 +332,7 @@ def test_each_of_what_it_may_show_has_its_proportions(qtbot):
     dialog.width_box.setValue(2000)
     choose(dialog, "which_box", "Difference")
     assert (dialog.choice().width, dialog.choice().height) == (2000, 2000)
-    assert dialog.legend_box.isHidden() and dialog.background_box.isHidden()
+    assert dialog.legend_box.isHidden()
     assert dialog.movie_box.isHidden() and not dialog._no_movie.isHidden()
     choose(dialog, "which_box", "Both")
     assert not dialog.legend_box.isHidden() and not dialog.movie_box.isHidden()
@@ -417,15 +417,24 @@ def test_the_scale_bar_is_as_long_as_the_scale_says(size):
     assert longest == pytest.approx(length, abs=4)
 
 
-def test_the_difference_is_brightest_where_it_is_largest():
+@pytest.mark.parametrize("which", ["generator", "b"])
+def test_the_difference_stands_out_where_it_is_largest_and_is_white_on_white(which):
     truth = plain(0.5, 300, 300)
+    truth[:50] = 0.0
     drawn = truth.copy()
     drawn[100:150, 100:150, :3] += 0.3
-    choice = FigureChoice(300, 300, None, True, True, "difference")
-    pixels = made(choice, generator=drawn, reference=truth)
-    inside, outside = pixels[125, 125], pixels[60, 60]
-    assert inside.sum() > outside.sum() + 60
-    assert np.abs(pixels[240:, 150:] - outside).max() > 100
+    hues = []
+    for ground, level in ((BLACK, 0), (WHITE, 255), (None, 255)):
+        compared = Comparison.of({which: (drawn, 1.0), "reference": (truth, 1.0)})
+        choice = FigureChoice(300, 300, ground, True, True, "difference")
+        picture = figure(choice, {}, INPUTS, Subject("K", SCALE), compared)
+        pixels = pixels_of(picture).astype(int)
+        inside, outside = pixels[125, 125], pixels[60, 60]
+        np.testing.assert_array_equal(pixels[20, 200], 3 * [level])
+        assert abs(inside - level).sum() > abs(outside - level).sum() + 60
+        assert np.abs(pixels[240:, 150:] - outside).max() > 100
+        hues.append(picture.pixelColor(125, 125).hue())
+    assert max(hues) - min(hues) <= 3
 
 
 @pytest.mark.parametrize("wide", [60, 300])

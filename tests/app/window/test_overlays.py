@@ -84,6 +84,13 @@ def test_the_error_is_that_of_the_square_of_the_same_inputs_and_shows_where_it_i
     assert plain == color(0.75, 0.25)
     window.image_error.set_wanted(not window.image_error.is_wanted)
     assert color(0.25, 0.25).value() > color(0.75, 0.25).value()
+    action(window, "White").trigger()
+    assert color(0.25, 0.25).lightness() < color(0.75, 0.25).lightness() - 20
+    # The scale's text has a dark ground.
+    corner = canvas.image_rect.bottomLeft() + QPoint(6, -26)
+    assert canvas.grab().toImage().pixelColor(corner).lightness() < 150
+    action(window, "Black").trigger()
+    canvas.show_image(to_qimage(drawn))
     # It stays wanted, but is not shown of another image.
     window.state.move_view(View(80.0))
     assert color(0.25, 0.25) == plain
