@@ -19,6 +19,7 @@ Background = tuple[int, int, int] | Literal["gradient"]
 BLACK, WHITE = (0, 0, 0), (255, 255, 255)
 
 GRADIENT = (104, 110, 120), (26, 28, 32)  # the gradient's colours at the top and at the bottom
+DPI = 300  # dots per inch at which figures are usually printed
 LARGEST_SIZE = 8192  # largest width and height of a picture
 BAND_ROWS = 64  # rows computed at once, so that large pictures take little more memory
 
@@ -110,8 +111,15 @@ def _put_over(band: NDArray[np.float32], background: tuple[int, int, int] | None
         np.minimum(color, np.float32(1), out=color)
 
 
+def millimetres(pixels: int) -> float:
+    """Length of a printed picture's side."""
+    return 25.4 * pixels / DPI
+
+
 def save_image(path: Path, picture: QImage) -> None:
     """Write a picture in the format of the file's suffix; raise RenderError where that fails."""
+    for set_density in (picture.setDotsPerMeterX, picture.setDotsPerMeterY):
+        set_density(round(1000 / millimetres(1)))
     buffer = QBuffer()
     buffer.open(QIODevice.OpenModeFlag.WriteOnly)
     if not picture.save(buffer, path.suffix.lstrip(".").upper()):  # type: ignore[call-overload]

@@ -22,7 +22,7 @@ from PySide6.QtWidgets import (
 
 from app.controls import WheelGuard, answer_box, fill, form, label, list_box, named
 from app.number_box import WholeNumberBox, short
-from app.picture import BLACK, LARGEST_SIZE, WHITE, Background, paint_background
+from app.picture import BLACK, DPI, LARGEST_SIZE, WHITE, Background, millimetres, paint_background
 from app.window.figure import CONTENTS, FigureChoice, Size, Which
 from model.rendering.scale_bar import DEPTH_TEXT
 
@@ -76,7 +76,7 @@ class FigureDialog(QDialog):
         self.scale_box.setToolTip(f"In perspective, its length holds {DEPTH_TEXT}")
         self.samples_box = _samples_box(begin.samples) if begin.samples else None
         self._cost = label("", "dim")
-        widest = "67.1 megapixels, about 59 min"
+        widest = f"694 × 694 mm at {DPI} dpi, about 59 min"
         self._cost.setMinimumWidth(self._cost.fontMetrics().horizontalAdvance(widest))
         self._pace = 0.0  # seconds that a sample of the preview's pixels took
         self._picture = named(label("Drawing …", "dim"), "Preview")
@@ -213,13 +213,15 @@ class FigureDialog(QDialog):
         self.preview(self.choice())
 
     def _show_cost(self) -> None:
-        """Say how large the figure is and how long it takes, if that is long."""
+        """Say how large a figure is in print and how long it takes, if that is long."""
         choice = self.choice()
         pixels = choice.width * choice.height
         # In other light, pictures take little longer than their preview.
         seconds = self._pace * pixels * choice.samples * max(choice.frame_count, 1)
-        time = f", about {duration(seconds)}" if seconds >= LONG else ""
-        self._cost.setText(f"{short(pixels / 1e6)} megapixels{time}")
+        time = f"about {duration(seconds)}" if seconds >= LONG else ""
+        width, height = (short(millimetres(side), 3) for side in (choice.width, choice.height))
+        printed = "" if choice.frame_count else f"{width} × {height} mm at {DPI} dpi"
+        self._cost.setText(", ".join(filter(None, (printed, time))))
 
     def _set_present(self, _row: int = 0) -> None:
         """Offer sizes of the image's proportions; the chosen row stays."""

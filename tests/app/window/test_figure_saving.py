@@ -38,7 +38,7 @@ def test_figures_are_saved_and_copied(qtbot, window, builders, tmp_path, monkeyp
         assert (saved.width(), saved.height()) == (90, 40)
         assert saved.pixelColor(5, 5).getRgb() == (255, 255, 255, 255)
         assert saved.hasAlphaChannel() == (background is None)
-        assert not saved.text("Error")
+        assert not saved.text("Error") and saved.dotsPerMeterX() == round(300 / 0.0254)
     for estimated, said in (
         (float("inf"), ""),
         (0.0042, "Estimated RMSE of the ground truth's colours, from 0 to 1: .0042."),
@@ -367,10 +367,10 @@ def test_a_movie_has_even_sides_that_players_show_and_a_background(qtbot):
     assert dialog.choice().frame_count == 20
     # 20 pictures of 8.4 megapixels take as much longer than the preview.
     dialog.show_preview(QImage(44, 22, QImage.Format.Format_RGB32), 2e-6)
-    assert dialog._cost.text() == "8.4 megapixels, about 89 min"
+    assert dialog._cost.text() == "about 89 min"
     dialog.movie_box.setChecked(False)
     choose(dialog, "samples_box", "4")
-    assert dialog._cost.text() == "8.4 megapixels, about 67 s"
+    assert dialog._cost.text() == "347 × 173 mm at 300 dpi, about 67 s"
     assert dialog.choice().frame_count == 0 and not dialog.copy_button.isHidden()
     dialog.layout().activate()
     assert dialog.seconds_box.isHidden() and dialog.movie_box.x() == left
