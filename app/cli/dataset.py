@@ -81,12 +81,8 @@ class Dataset:
         except KeyboardInterrupt:
             print(f"Stopped; rendered samples stay in {out}. Run the same command to go on.")
             raise
-        finally:
-            new_samples = store.rendered_samples() - before
-            if new_samples:
-                store.add_rendering(time.monotonic() - start, new_samples)
-        seconds, timed = store.rendering
-        took = f" Rendering {timed:,} of them took {about(seconds)}." if timed else ""
+        new = store.rendered_samples() - before
+        took = f" Rendering {new:,} of them took {about(time.monotonic() - start)}." if new else ""
         print(
             f"{out}: {store.count('train')} training and {store.count('holdout')} hold-out samples "
             f"of '{volume.name}', {self.size} x {self.size}, {scene.lighting} lighting, "

@@ -21,8 +21,8 @@ from model.samples.sample_rendering import make_renderer, render_samples
 from model.samples.sample_store import SampleStore
 from model.samples.sampling import draw_sample
 from model.sensitivity.learned import Sensitivity
+from model.training.options import PAPER_IMAGES
 
-PAPER_IMAGES = 200_000  # training images, for the rendering times of Table 1
 Errors = dict[str, NDArray[np.float64]]
 
 MEASURES = ("rmse", "emd", "ssim", "flip")
@@ -92,13 +92,13 @@ def table_1(
 ) -> Table:
     """Return Table 1: the models' data sets and errors on this many samples, then the paper's.
 
-    Rendering is timed on `timed` samples, unless the scene's store has its time.
+    Rendering is timed on `timed` samples.
     """
     heading = (
         "data set", "resolution", "precision", "MB", "light", "200,000 training images",
         "image RMSE", "colour EMD", "SSIM", "FLIP",
     )  # fmt: skip
-    rows = [_row_1(s, e, timed, store) for s, e in zip(subjects, errors, strict=True)]
+    rows = [_row_1(s, e, timed) for s, e in zip(subjects, errors, strict=True)]
     if len(rows) > len({row[0] for row in rows}):
         rows = [
             (f"{row[0]}: {s.folder.name}", *row[1:]) for s, row in zip(subjects, rows, strict=True)
@@ -115,28 +115,22 @@ def table_1(
         (
             f"{count:,} hold-out samples (the paper: 2,000), {pixels} pixels "
             "(256 x 256). Time of images: of so many random samples with "
-            f"{processors()} threads on this machine, from {timed} of them, or from a data set's "
-            "own time; the paper's was a GPU, or a cluster for its lit images.",
+            f"{processors()} threads on this machine, from {timed} of them; the paper's was a "
+            "GPU, or a cluster for its lit images.",
         ),
     )
 
 
-def _row_1(
-    subject: Subject, errors: Means, timed: int, store: SampleStore | None
-) -> tuple[str, ...]:
+def _row_1(subject: Subject, errors: Means, timed: int) -> tuple[str, ...]:
     volume, scene = subject.volume, subject.generator.scene
-    seconds, samples = 0.0, 0
-    if store is not None and store.scene.volume_fingerprint == volume.fingerprint:
-        seconds, samples = store.rendering
-    if not samples:
-        seconds, samples = _sample_seconds(subject, timed), processors()
+    hours = _sample_seconds(subject, timed) / processors() * PAPER_IMAGES / 3600
     return (
         volume.name,
         " x ".join(map(str, volume.dimensions)),
         str(volume.voxels.dtype),
         f"{volume.voxels.nbytes / 1e6:.0f}",
         scene.lighting,
-        f"{seconds / samples * PAPER_IMAGES / 3600:.1f} h",
+        f"{hours:.1f} h",
         *_cells(errors),
     )
 

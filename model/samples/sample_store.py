@@ -73,7 +73,6 @@ class SampleBatch:
 IMAGES = "rgba"
 ENCODED = "encoded_"  # prefix of the names of encoded inputs, which are not stored
 COUNTED = "view"  # array whose length is the intended number of samples
-RENDERING = "rendering"  # attribute of the store: rendering time of its samples
 MOST_SAMPLES = 100_000_000  # largest number of samples of a split
 
 
@@ -126,20 +125,6 @@ class SampleStore:
     def count(self, split: Split) -> int:
         """Return the intended number of samples of a split."""
         return int(self._array(split, COUNTED).shape[0])
-
-    @property
-    def rendering(self) -> tuple[float, int]:
-        """Seconds that rendering took so far, and the number of samples rendered in them."""
-        match self._root.attrs.get(RENDERING):
-            case {"seconds": int() | float() as seconds, "samples": int(samples)}:
-                return float(seconds), samples
-        return 0.0, 0
-
-    def add_rendering(self, seconds: float, samples: int) -> None:
-        """Store the rendering time of some samples, for the paper's Table 1."""
-        before, already = self.rendering
-        both = {"seconds": round(before + seconds, 3), "samples": already + samples}
-        self._root.attrs[RENDERING] = both
 
     def missing_blocks(self, split: Split) -> list[range]:
         """Return the incomplete blocks, as ranges of sample indices."""

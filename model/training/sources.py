@@ -8,7 +8,6 @@ rendering is too slow.
 from __future__ import annotations
 
 import threading
-import time
 from collections.abc import Generator
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import ExitStack, closing
@@ -122,8 +121,6 @@ class StreamSource:
         self.scene = scene
         self.seed = seed
         self.reuse = reuse or DEFAULT_REUSE[scene.lighting]
-        self.rendering_seconds = 0.0
-        self._lock = threading.Lock()
         self._volume = volume
         self._threads = threads or processors()
         self._processes = processes
@@ -187,12 +184,8 @@ class StreamSource:
         return _facts(self) | {"reuse": self.reuse, "ring_samples": self._capacity}
 
     def summary(self) -> dict[str, Any]:
-        """Return seed, reuse and rendering time of the samples, for the model's card."""
-        return {
-            "dataset_seed": self.seed,
-            "reuse": self.reuse,
-            "rendering_seconds": round(self.rendering_seconds, 1),
-        }
+        """Return seed and reuse of the samples, for the model's card."""
+        return {"dataset_seed": self.seed, "reuse": self.reuse}
 
     def _render(self, ring: _Ring, scene: Scene, pool: ProcessPoolExecutor | None) -> None:
         """Render block after block into the ring, until it is closed."""
@@ -202,13 +195,10 @@ class StreamSource:
                     render = partial(_from_worker, pool, scene, self.seed)
                 else:
                     own = stack.enter_context(closing(make_renderer(self._volume, scene)))
-                    render = partial(_timed, own, scene, self.seed)
+                    render = partial(_rendered, own, scene, self.seed)
                 while (block := ring.next_block()) is not None:
                     numbers = range(block.start + ring.offset, block.stop + ring.offset)
-                    samples, seconds = render(numbers)
-                    with self._lock:
-                        self.rendering_seconds += seconds
-                    ring.write(block, samples)
+                    ring.write(block, render(numbers))
         except BaseException as error:
             ring.fail(error)
 
@@ -220,26 +210,19 @@ def _facts(source: SampleSource) -> dict[str, Any]:
     return {"scene": asdict(source.scene), "dataset_seed": source.seed}
 
 
-def _timed(
-    renderer: Renderer, scene: Scene, seed: int, indices: range
-) -> tuple[SampleBatch, float]:
-    """Return training samples, and the CPU time that they took."""
-    start = time.thread_time()
+def _rendered(renderer: Renderer, scene: Scene, seed: int, indices: range) -> SampleBatch:
+    """Render training samples, and encode their inputs once, not at each use."""
     samples = render_samples(renderer, scene, seed, "train", indices)
-    # Encoded once, not at each use.
-    samples = replace(samples, encoded=encode_inputs(samples.inputs, scene))
-    return samples, time.thread_time() - start
+    return replace(samples, encoded=encode_inputs(samples.inputs, scene))
 
 
-def _timed_here(scene: Scene, seed: int, indices: range) -> tuple[SampleBatch, float]:
-    return _timed(own_renderer(), scene, seed, indices)
+def _rendered_here(scene: Scene, seed: int, indices: range) -> SampleBatch:
+    return _rendered(own_renderer(), scene, seed, indices)
 
 
-def _from_worker(
-    pool: ProcessPoolExecutor, scene: Scene, seed: int, indices: range
-) -> tuple[SampleBatch, float]:
+def _from_worker(pool: ProcessPoolExecutor, scene: Scene, seed: int, indices: range) -> SampleBatch:
     with explained():
-        return pool.submit(_timed_here, scene, seed, indices).result()
+        return pool.submit(_rendered_here, scene, seed, indices).result()
 
 
 class _Ring:

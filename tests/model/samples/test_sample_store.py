@@ -144,16 +144,6 @@ def test_a_flag_that_cannot_be_read_is_a_block_to_render(store, tmp_path):
     assert SampleStore(path).missing_blocks("train") == [range(BLOCK)]
 
 
-def test_a_store_keeps_how_long_its_samples_took(store, tmp_path):
-    own = SampleStore.create(tmp_path / "own.zarr", store.scene, 0, {"train": 4, "holdout": 4})
-    assert own.rendering == (0.0, 0)
-    own.add_rendering(2.5, 3)
-    own.add_rendering(1.5, 5)
-    assert SampleStore(own.path).rendering == (4.0, 8)
-    own._root.attrs["rendering"] = {"seconds": "long", "samples": None}
-    assert SampleStore(own.path).rendering == (0.0, 0)
-
-
 needs_denoiser = pytest.mark.skipif(not available(), reason="no denoiser for this machine")
 
 

@@ -70,7 +70,6 @@ def test_batches_do_not_depend_on_processes(volume, raycast):
         *(islice(source.batches(1, 16, 3, 0, 16), 4) for source in (one, other)), strict=True
     ):
         assert_same(a, b)
-    assert other.rendering_seconds > 0
 
 
 @pytest.mark.slow
@@ -107,7 +106,6 @@ def test_closing_ends_the_threads(volume, raycast):
         threads = [t for t in threading.enumerate() if t.name == "samples"]
         assert len(threads) == 2
     assert not any(thread.is_alive() for thread in threads)
-    assert source.rendering_seconds > 0
 
 
 def test_the_holdout_is_that_of_a_store_of_the_seed(volume, raycast, store):
