@@ -56,7 +56,7 @@ def run_window(
     application.styleHints().colorSchemeChanged.connect(
         lambda _scheme: apply_theme(application, preferences.settings.theme)
     )
-    window = MainWindow(builders, device, preferences)
+    window = MainWindow(builders.on(device), preferences)
     window.workspace.reference.is_patient = screenshot is not None
     if start.size is not None:
         window.resize(*start.size)

@@ -1,7 +1,5 @@
 """Places for labels and cards where they cover as little as possible."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 
 import numpy as np

@@ -5,7 +5,7 @@ and renew stored pens on `QEvent.PaletteChange`. Widgets over an image are dark 
 use :data:`ON_IMAGE`.
 """
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, astuple, dataclass
 from pathlib import Path
 from string import Template
 
@@ -18,52 +18,30 @@ from app.state.settings import ThemeChoice
 
 @dataclass(frozen=True)
 class Colors:
-    """Colours of one theme by their roles, as "#rrggbb".
+    """Colours of one theme by their roles, as "#rrggbb"; the defaults are both themes', dark first.
 
     Each colour has one meaning: `visible` is what is seen now, `change` what an edit would change
     (and the accent of controls), `attention` what needs notice or is elsewhere.
     """
 
-    window: str
-    panel: str
-    field: str
-    plot: str
-    voxels: str
-    pressed: str
-    line: str
-    text: str
-    dim: str
-    disabled: str
-    curve: str
-    change: str
-    visible: str
-    attention: str
-    error: str
+    window: str = "#17181a #c6c8ca"
+    panel: str = "#1f2022 #cfd1d3"
+    field: str = "#2a2b2e #dddfe0"
+    plot: str = "#151617 #d8dadb"
+    voxels: str = "#3a3c40 #b4b7ba"
+    pressed: str = "#1d3f55 #a8cbe2"
+    line: str = "#3a3c40 #a2a5a9"
+    text: str = "#dcdddf #16181a"
+    dim: str = "#a4a7ac #3d4045"
+    disabled: str = "#6f7278 #64676c"
+    curve: str = "#f0f0f0 #1b1d1f"
+    change: str = "#56b4e9 #074f7d"
+    visible: str = "#2fb890 #005c43"
+    attention: str = "#e6a532 #6b4500"
+    error: str = "#ef8a62 #8f2f0a"
 
 
-_COLORS = {
-    "window": ("#17181a", "#c6c8ca"),
-    "panel": ("#1f2022", "#cfd1d3"),
-    "field": ("#2a2b2e", "#dddfe0"),
-    "plot": ("#151617", "#d8dadb"),
-    "voxels": ("#3a3c40", "#b4b7ba"),
-    "pressed": ("#1d3f55", "#a8cbe2"),
-    "line": ("#3a3c40", "#a2a5a9"),
-    "text": ("#dcdddf", "#16181a"),
-    "dim": ("#a4a7ac", "#3d4045"),
-    "disabled": ("#6f7278", "#64676c"),
-    "curve": ("#f0f0f0", "#1b1d1f"),
-    "change": ("#56b4e9", "#074f7d"),
-    "visible": ("#2fb890", "#005c43"),
-    "attention": ("#e6a532", "#6b4500"),
-    "error": ("#ef8a62", "#8f2f0a"),
-}
-"""Colours of the dark and of the light theme, by their roles."""
-
-DARK, LIGHT = (
-    Colors(**dict(zip(_COLORS, column, strict=True)))
-    for column in zip(*_COLORS.values(), strict=True)
-)
+DARK, LIGHT = (Colors(*(pair.split()[n] for pair in astuple(Colors()))) for n in (0, 1))
 
 ON_IMAGE = DARK  # colours over an image, which is black in both themes
 

@@ -1,7 +1,5 @@
 """Calls in background threads, whose results reach the window, and delayed calls."""
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Callable
 from typing import Any

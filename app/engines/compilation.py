@@ -1,7 +1,5 @@
 """Compilation of a group of kernels, by one request of each kind that the window makes."""
 
-from __future__ import annotations
-
 from typing import cast
 
 import numpy as np

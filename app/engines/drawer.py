@@ -1,7 +1,5 @@
 """One renderer's images: a coarse one while something moves, ever finer ones at rest."""
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Callable, Generator, Iterator, Sequence

@@ -212,7 +212,7 @@ def _analyst_engine(volume: Volume, settings: requests.ReferenceSettings) -> req
     return _reference_engine(volume, replace(settings, renderer="raycast"))
 
 
-def _generator_engine(folder: Path, kept: list[Generator], device: str) -> requests.Engine:
+def _generator_engine(folder: Path, kept: list[Generator], device: str = "auto") -> requests.Engine:
     from model.generator.generator import Generator
 
     generator = kept.pop() if kept else Generator.load(folder, device, fastest=True)

@@ -1,7 +1,5 @@
 """Speed against accuracy: the stops of the slider, and the error of coarser images."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Literal

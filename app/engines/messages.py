@@ -1,7 +1,5 @@
 """Messages between the window and its engines' threads, as plain, frozen data."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from app.engines.requests import Array, Image, Request

@@ -1,7 +1,5 @@
 """Sizes of images and answers that can be computed in time, from the times of earlier ones."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 
 from model.rendering.raster import TIME_GROWTH, Raster

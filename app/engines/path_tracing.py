@@ -1,7 +1,5 @@
 """Path-traced light: the path tracer as an engine, and the analyst under that light."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace

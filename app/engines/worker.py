@@ -1,7 +1,5 @@
 """Worker threads of engines, with a mailbox that holds the newest request of each channel."""
 
-from __future__ import annotations
-
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -33,7 +31,7 @@ class Mailbox:
         self._changed = threading.Condition()
         self._slots: dict[str, Request] = {}
         self._abandoned: set[str] = set()
-        self._closed = self._is_woken = False
+        self.closed = self._is_woken = False
 
     def put(self, request: Request) -> None:
         """Put a request, replacing any of its channel that has not been taken yet."""
@@ -48,9 +46,9 @@ class Mailbox:
         """Remove the request of the channel which has waited longest; None once it is woken."""
         with self._changed:
             self._changed.wait_for(
-                lambda: self._closed or self._slots or self._is_woken or not waits
+                lambda: self.closed or self._slots or self._is_woken or not waits
             )
-            if self._closed or not self._slots:
+            if self.closed or not self._slots:
                 self._is_woken = self._is_woken and not waits
                 return None
             channel = next(iter(self._slots))
@@ -71,7 +69,7 @@ class Mailbox:
 
     def wants(self, request: Request) -> bool:
         """Return False if a request was cancelled, or replaced before it started."""
-        if self._closed:
+        if self.closed:
             return False
         newer = self._slots.get(request.channel)
         if request.quality.live:
@@ -81,13 +79,8 @@ class Mailbox:
     def close(self) -> None:
         """End the thread, even if its engine is busy; no request can be taken any more."""
         with self._changed:
-            self._closed = True
+            self.closed = True
             self._changed.notify_all()
-
-    @property
-    def closed(self) -> bool:
-        """True after :meth:`close`."""
-        return self._closed
 
 
 class EngineWorker(QObject):

@@ -1,7 +1,5 @@
 """Pane of one engine's image: the canvas and, over it, a caption and the opacity image."""
 
-from __future__ import annotations
-
 import time
 
 import numpy as np
@@ -137,11 +135,6 @@ class EnginePane(QWidget):
             return None
         is_full = self.rgba.shape[1::-1] == self.canvas.pixels
         return self.rgba if is_full or self.engine == "learned" else None
-
-    @property
-    def status(self) -> str:
-        """The caption's text next to the title."""
-        return self.caption.detail
 
     def _show_state(self, state: EngineState) -> None:
         if state is EngineState.SETTLED and self.channel.is_pending:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cache
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 import pyqtgraph as pg
@@ -13,12 +13,9 @@ from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QFontMetricsF, QImage, QPainter, QPen
 
 from app import theme
-from app.state.latent_session import Place
+from app.state.latent_session import LatentSession, Place
 from model.latent.latent_map import CELLS, Brush
 from model.scene.ranges import value_text
-
-if TYPE_CHECKING:
-    from app.state.latent_session import LatentSession
 
 CLOSEST, FARTHEST = 40.0, 0.8  # limits of the zoom; at 1 the whole map is in sight
 WHEEL_FACTOR = 1.2  # of the zoom, for each step of the wheel

@@ -156,11 +156,6 @@ class BandLayer:
         self.tag.release.clicked.connect(lambda: asker.asked.release())
         self.refresh()
 
-    @property
-    def text(self) -> str:
-        """The tag's text; empty without a band."""
-        return "" if self.tag.isHidden() else self.tag.text.text()
-
     def refresh(self) -> None:
         """Draw the present band, or none."""
         band, choices = self._asked.band, self._asked.choices

@@ -1,7 +1,5 @@
 """The field of a band of values over one engine's image, and the colour bars of such fields."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 from typing import Any

@@ -46,11 +46,6 @@ class Row:
     badge: str = ""
     share: float | None = None
 
-    @property
-    def text(self) -> str:
-        """The line as plain text."""
-        return "   ".join(word for word in (self.badge, *self.texts) if word)
-
 
 @dataclass(frozen=True)
 class Values:

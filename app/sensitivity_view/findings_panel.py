@@ -1,7 +1,5 @@
 """Panel of findings: values of a region or place, strongest edits, *What if*, the source."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from functools import partial
 from itertools import zip_longest
@@ -91,11 +89,6 @@ class PanelRow(QWidget):
         self.setFixedHeight(height)
         for button in self.buttons:
             button.setFixedHeight(min(height - BAR, 22))
-
-    @property
-    def text(self) -> str:
-        """The row as plain text; empty if it is hidden."""
-        return "" if self.isHidden() else self._shown.text
 
     @property
     def is_lit(self) -> bool:

@@ -1,7 +1,5 @@
 """Regions over an image, edited with the mouse, and the label of values at a clicked place."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from html import escape
 from typing import cast

@@ -94,7 +94,7 @@ class ResponseLayer:
         self._view = area.second
         self._limit = FLOOR
         self.peaks, self.holds = Peaks(), False  # whether they keep their order
-        self._curves = {name: Curve(area.second) for name in ("exact", "learned")}
+        self.curves = {name: Curve(area.second) for name in ("exact", "learned")}
         self._zero = pg.InfiniteLine(0, angle=0)
         self._cut = pg.ScatterPlotItem(size=9, pen=None)
         self._stems = pg.PlotCurveItem(connect="pairs")
@@ -102,7 +102,7 @@ class ResponseLayer:
         self._shown: dict[str, tuple[NDArray[np.float64], Range]] = {}
         for item in (self._zero, self._cut, self._stems, self._tops):
             self._view.addItem(item, ignoreBounds=True)
-        for curve in self._curves.values():
+        for curve in self.curves.values():
             curve.hide()
         self.flags = [PeakFlag(number + 1) for number in range(ROWS)]
         for number, flag in enumerate(self.flags):
@@ -111,11 +111,6 @@ class ResponseLayer:
             area.add_flag(flag)
         self._was_shown = asker.asked.shows_curve
         self.recolor()
-
-    def curve(self, name: str) -> NDArray[np.float64]:
-        """Return the responses shown as a curve, "exact" or "learned"; empty if hidden."""
-        curve = self._curves[name]
-        return np.asarray(curve.heights if curve.isVisible() else [])
 
     def table(self) -> tuple[list[str], list[list[str]]]:
         """Return headings and rows of the curves that are drawn, a row for each scalar value."""
@@ -133,7 +128,7 @@ class ResponseLayer:
         asker = self._asker
         self._shown = {}
         for name, source in (("exact", asker.exact_source), ("learned", "learned")):
-            answer, curve = asker.regions.get(source), self._curves[name]
+            answer, curve = asker.regions.get(source), self.curves[name]
             values = displayed_now(asker, answer)
             is_shown = values is not None and self._asked.shows_curve
             curve.setVisible(is_shown)
@@ -195,7 +190,7 @@ class ResponseLayer:
         self._zero.setVisible(is_shown and signed)
         labels: list[tuple[float, str]] = []
         # Without a curve, there are no numbers.
-        if any(curve.isVisible() for curve in self._curves.values()):
+        if any(curve.isVisible() for curve in self.curves.values()):
             end = round_below(limit)
             numbers = (-end, 0.0, end) if signed else (0.0, end / 2, end)
             places = [(n - low) / (limit - low) / (1.0 + head) for n in numbers]
@@ -235,7 +230,7 @@ class ResponseLayer:
         """Dim the curves that are not of the present image."""
         for name, source in (("exact", self._asker.exact_source), ("learned", "learned")):
             fresh = self._asker.is_fresh(self._asker.regions.get(source))
-            self._curves[name].setOpacity(1.0 if fresh else STALE)
+            self.curves[name].setOpacity(1.0 if fresh else STALE)
         fresh = self._asker.is_fresh(self._asker.region)
         for item in (self._stems, self._tops):
             item.setOpacity(1.0 if fresh else STALE)
@@ -245,9 +240,9 @@ class ResponseLayer:
     def recolor(self) -> None:
         """Take the colours of the theme."""
         color = theme.CHANGE
-        self._curves["exact"].pen = pg.mkPen(color, width=2)
+        self.curves["exact"].pen = pg.mkPen(color, width=2)
         dashed = pg.mkPen(color, width=1.6, style=Qt.PenStyle.DashLine)
-        self._curves["learned"].pen = dashed
+        self.curves["learned"].pen = dashed
         self._zero.setPen(pg.mkPen(theme.LINE, width=1, style=Qt.PenStyle.DotLine))
         self._stems.setPen(pg.mkPen(color, width=1))
         self._tops.setBrush(pg.mkBrush(color))

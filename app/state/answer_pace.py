@@ -4,8 +4,6 @@ All answers together take a tenth of the time, at most a fifth; the rest is for 
 answer may be more than half a second old, so answers get smaller, not rarer.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 

@@ -1,7 +1,5 @@
 """Requests for images of the viewer's newest state, to both engines."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 from PySide6.QtCore import QObject

@@ -4,12 +4,10 @@ The ray caster draws the decoded TF, which a click takes. On the map, a model th
 the code itself, as in the paper (section 5.2).
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,12 +21,9 @@ from app.engines.requests import BatchRequest, Quality
 from app.state.latent_session import LatentSession, LatentState, OpenSpace, Place
 from app.state.slow_answers import SlowAnswers
 from app.state.viewer_state import ViewerState
-from model.latent.latent_map import CELLS
+from model.latent.latent_map import CELLS, Cells
 from model.scene.inputs import SceneInputs
 from model.scene.transfer_function import OpacityTF
-
-if TYPE_CHECKING:
-    from model.latent.latent_map import Cells
 
 CELL_SIZE, HOVER_SIZE = 128, 256  # width and height of pictures at rest, in pixels
 REST_MS = 160  # pause of the mouse after which its place is drawn at full size

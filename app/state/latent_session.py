@@ -16,7 +16,7 @@ from app.engines.background import LatestCall
 from app.state.viewer_state import ViewerState
 from model.errors import LatentError
 from model.latent.differing import most_different
-from model.latent.latent_map import Brush
+from model.latent.latent_map import Brush, LatentMap
 from model.scene.inputs import SceneInputs
 from model.scene.transfer_function import OpacityTF, Range
 from model.scene.value_scale import ValueScale
@@ -24,7 +24,6 @@ from model.scene.volume import Volume
 
 if TYPE_CHECKING:
     from model.latent.embedding import EmbeddingProcess, Places
-    from model.latent.latent_map import LatentMap
     from model.latent.latent_space import LatentSpace
     from model.latent.tiny_pictures import Overview
 

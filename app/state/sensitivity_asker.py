@@ -4,8 +4,6 @@ The ray caster answers exactly on any volume, a generator for its own. While som
 an engine that keeps up is asked, as often as :mod:`app.state.answer_pace` allows; at rest both are.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace

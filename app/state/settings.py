@@ -1,7 +1,5 @@
 """Settings of the window and memory of a volume, which are kept between runs."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field, fields
 from typing import Annotated, Literal, TypeVar
 

@@ -1,7 +1,5 @@
 """The edited state: view, light, crop box and transfer function (TF), with undo."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Mapping
 from functools import partial

@@ -33,12 +33,9 @@ class MainWindow(WindowParts):
     """Shows the generator's image and the ground truth while the user edits view and TF."""
 
     def __init__(
-        self,
-        builders: Builders = REAL_BUILDERS,
-        device: str = "auto",
-        preferences: Preferences | None = None,
+        self, builders: Builders = REAL_BUILDERS, preferences: Preferences | None = None
     ) -> None:
-        super().__init__(builders, device, preferences)
+        super().__init__(builders, preferences)
         self._alt_alone = self._b_returns = False  # B: once the latent browser is closed
         self.menus = Menus(self)
         tips: dict[QWidget, str] = {

@@ -1,7 +1,5 @@
 """Overlays of images: cube, legend, scale bar, opacity image, difference; and the background."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import lru_cache, partial
 from typing import Literal, get_args

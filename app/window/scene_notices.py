@@ -1,7 +1,5 @@
 """Notices about what is not visible of the open volume, and how to show it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import partial
 

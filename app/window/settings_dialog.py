@@ -64,11 +64,6 @@ class SettingsDialog(QDialog):
         # Hidden rows leave their room, so that the field does not move.
         self.setFixedSize(WIDTH, self.sizeHint().height())
 
-    @property
-    def found(self) -> list[str]:
-        """Names of the visible settings."""
-        return [row.accessibleName() for row, _, _ in self._rows if not row.isHidden()]
-
     def _groups(self) -> dict[str, list[tuple[str, QWidget, str]]]:
         """Return name, control and explanation of all settings, by title of their group."""
         work, settings = self._context.workspace.reference, self._context.preferences.settings

@@ -42,7 +42,7 @@ from app.window.window_memory import WindowMemory, size_on
 class WindowParts(QMainWindow):
     """A window with all of its parts, which `MainWindow` connects."""
 
-    def __init__(self, builders: Builders, device: str, preferences: Preferences | None) -> None:
+    def __init__(self, builders: Builders, preferences: Preferences | None) -> None:
         super().__init__()
         self.preferences = preferences or Preferences(None, self)
         self.state = ViewerState(self)
@@ -61,7 +61,7 @@ class WindowParts(QMainWindow):
         states = self.state, self.sensitivity_state, self.latent_state, self.preferences
         viewing = Viewing(*states)
         clients = Clients(generator, reference, analyst)
-        self.workspace = Workspace(viewing, clients, builders.on(device), self)
+        self.workspace = Workspace(viewing, clients, builders, self)
         panes = self.generator, self.reference, self.pane_b
         parts = *states, self, self.workspace, analyst, panes, self.notice, self.status
         self.context = Context(*parts)

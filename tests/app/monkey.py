@@ -82,7 +82,7 @@ class UnreliableBuilders(FakeBuilders):
     def analyst(self, volume, settings):
         return self._engine(None)
 
-    def generator(self, folder, kept, device):
+    def generator(self, folder, kept, device="auto"):
         return self._engine(super().generator(folder, kept, device).scene)
 
     def _engine(self, scene):

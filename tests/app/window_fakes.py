@@ -226,7 +226,7 @@ class FakeBuilders:
         self.analysts.append(FakeEngine())
         return self.analysts[-1]
 
-    def generator(self, folder, kept, device):
+    def generator(self, folder, kept, device="auto"):
         self.kept.append(kept)
         if self.loading is not None:
             assert self.loading.wait(PATIENCE_S)

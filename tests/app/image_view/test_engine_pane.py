@@ -35,24 +35,24 @@ def test_an_image_that_is_not_up_to_date_says_so_once_the_next_takes_long(qtbot,
     pane.client.start(lambda: engine, "Loading …")
     with qtbot.waitSignal(pane.client.settled):
         pane.client.submit(make_request(1))
-    assert pane.status != "drawing …"
+    assert pane.caption.detail != "drawing …"
     # A finer image of the same inputs: what is shown is right.
     pane.client.submit(make_request(2))
-    assert pane.status != "drawing …" and not pane._patience.isActive()
+    assert pane.caption.detail != "drawing …" and not pane._patience.isActive()
     turned = replace(make_request(3), inputs=replace(make_request(3).inputs, view=View(80.0)))
     pane.client.submit(turned)
-    assert pane.status != "drawing …"
-    qtbot.waitUntil(lambda: pane.status == "drawing …")
+    assert pane.caption.detail != "drawing …"
+    qtbot.waitUntil(lambda: pane.caption.detail == "drawing …")
     engine.gate.release(2)
     qtbot.waitUntil(lambda: red(pane) == 3)
-    assert pane.status != "drawing …"
+    assert pane.caption.detail != "drawing …"
     # Under another light, an image of the same inputs is another one.
     gate = threading.Semaphore(0)
     pane.client.start(lambda: FakeEngine(gate=gate), "")
     pane.client.submit(replace(turned, sequence=4))
-    qtbot.waitUntil(lambda: pane.status == "drawing …")
+    qtbot.waitUntil(lambda: pane.caption.detail == "drawing …")
     pane.client.fail("It failed.")
-    assert pane.status != "drawing …"
+    assert pane.caption.detail != "drawing …"
     gate.release()
 
 

@@ -68,7 +68,7 @@ def test_it_is_there_for_what_is_not_exact_alone(qtbot, pane):
     assert line.fidelity.text == "estimated error .012, refining"
     pane._speed, pane._said_at = "moving 9 fps", np.inf  # said just now
     pane.client.fail("It failed.")
-    assert line.isHidden() and pane.status == "failed"
+    assert line.isHidden() and pane.caption.detail == "failed"
 
 
 def opened(qtbot, window):

@@ -110,7 +110,7 @@ def test_the_curves_unit_zero_and_sign_are_read_from_the_plot(qtbot, window):
         "Value",
         *(f"Change if opacity rises by .01, {name}" for name in ("exact", "learned")),
     ]
-    exact = window.sensitivity.responses.curve("exact")
+    exact = window.sensitivity.responses.curves["exact"].heights
     written = [table.item(row, 1).text().replace("−", "-") for row in range(256)]
     np.testing.assert_allclose([float(text) for text in written], exact, rtol=0.01, atol=1e-4)
     dialog.reject()
@@ -124,7 +124,7 @@ def test_the_curve_comes_with_a_region_and_goes_with_it(qtbot, window):
     def is_there():
         flags = any(not flag.isHidden() for flag in responses.flags)
         numbers = bool(window.editor.area.second_labels.labels)
-        has_curve = bool(responses.curve("exact").size)
+        has_curve = responses.curves["exact"].isVisible()
         chip = window.sensitivity.chips.change.isChecked()
         return flags and numbers and has_curve and chip
 

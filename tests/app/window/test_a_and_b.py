@@ -185,8 +185,8 @@ def test_what_b_cannot_be_drawn_by_and_an_image_that_fails_are_said_there(qtbot,
     window.workspace.reference.choose_look(lighting="soft")
     qtbot.waitUntil(lambda: "no light" in canvas.message)
     window.pane_b._be_late()
-    assert not window.pane_b._patience.isActive() and window.pane_b.status == "failed"
-    assert window.reference.status != "failed" and not window.reference.canvas.message
+    assert not window.pane_b._patience.isActive() and window.pane_b.caption.detail == "failed"
+    assert window.reference.caption.detail != "failed" and not window.reference.canvas.message
     assert not window.errors and window.image_error.compared is None and not window.pane_b.note
     # In one image, too.
     QTest.keyClick(window, Qt.Key.Key_W, CTRL_SHIFT)

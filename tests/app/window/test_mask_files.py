@@ -93,7 +93,7 @@ def test_a_piece_is_shown_alone_or_cut_away_and_each_is_one_edit(qtbot, window):
     label.text.linkActivated.emit("a0")
     assert is_left(shown(window))
     assert label.isVisible() and label.pos() == before.topLeft()
-    qtbot.waitUntil(lambda: "masked" in window.reference.status)
+    qtbot.waitUntil(lambda: "masked" in window.reference.caption.detail)
     undo = window.state.edits
     assert undo.stack.undoText() == "isolate connected voxels"
     undo.undo()

@@ -108,11 +108,11 @@ def test_the_error_is_that_of_the_square_of_the_same_inputs_and_shows_where_it_i
     # Half of the square is .2 off.
     error = float(window.generator.note.removeprefix("error "))
     assert error == pytest.approx(np.sqrt(0.5) * 0.2, abs=0.01)
-    assert HIGH not in window.generator.status
+    assert HIGH not in window.generator.caption.detail
     monkeypatch.setattr(open_model, "recorded_error", lambda _folder: 0.09)
     window.reference.imageShown.emit(inputs, truth)
     # As much as one and a half times what the model's test images have.
-    assert HIGH in window.generator.status
+    assert HIGH in window.generator.caption.detail
     window.state.move_view(View(70.0))
     assert window.generator.note == ""
     window.reference.imageShown.emit(window.state.inputs, truth)

@@ -156,7 +156,7 @@ def test_one_image_is_shown_until_the_path_tracer_can_draw(
     window.workspace.open_model(Path("model"))
     qtbot.waitUntil(lambda: window.reference.client.is_settled)
     assert not window.generator.isVisible()
-    assert "path-traced light follows" in window.reference.status
+    assert "path-traced light follows" in window.reference.caption.detail
     # One image is named by its light, two by what they are.
     assert window.reference.caption.title.endswith("light")
     assert window.workspace.model.errors == window.status.news == ""
@@ -167,8 +167,8 @@ def test_one_image_is_shown_until_the_path_tracer_can_draw(
     preparation.finish(preparation.wanted[0])
     qtbot.waitUntil(lambda: window.workspace.is_settled)
     assert window.generator.isVisible() and window.image_error.is_wanted
-    qtbot.waitUntil(lambda: window.generator.status == PATH_DRAWER)
-    assert "follows" not in window.reference.status
+    qtbot.waitUntil(lambda: window.generator.caption.detail == PATH_DRAWER)
+    assert "follows" not in window.reference.caption.detail
     assert window.reference.caption.title == "Ground truth"
     assert not builders.generators
     # In another light the model has something to show.
@@ -221,7 +221,7 @@ def test_the_network_draws_while_the_light_is_path_traced(
         QTest.keyClick(window, Qt.Key.Key_C)
         assert len(window.panes.images) == count and window.reference.isVisible()
     settle(qtbot, window)
-    assert window.generator.status.startswith(PATH_DRAWER)
+    assert window.generator.caption.detail.startswith(PATH_DRAWER)
     assert "serves all volumes" in window.workspace.model.errors
     # One engine for each pane, of one sample and of many.
     samples = sorted(each.samples for each in builders.settings if each.lighting == "path")
@@ -408,7 +408,7 @@ def test_the_ground_truth_next_to_a_generator_is_vtks_without_a_graphics_card(
         window.workspace.reference.choose(lighting=lighting)
         window.state.set_view(View(azimuth=40.0 + len(shown)))
         qtbot.waitUntil(lambda: client.is_ready and client.is_settled)
-        assert shown[-1].startswith(name) and window.reference.status.startswith(name)
+        assert shown[-1].startswith(name) and window.reference.caption.detail.startswith(name)
     # Alone, where nothing is compared with it, the ray caster's faster image stays.
     window.workspace.open_model(None)
     window.workspace.reference.choose(lighting="direct")
