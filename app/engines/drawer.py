@@ -14,6 +14,7 @@ from app.engines.pace import LONGEST_SECONDS, REST_SECONDS, SOON_SECONDS, Sizes
 from app.engines.requests import UNWATCHED, Array, Image, ImageRequest, Watch
 from model.measurements import processors
 from model.rendering.raster import Raster, fill_white_squares
+from model.rendering.ray_places import VISIBLE
 from model.rendering.renderer import FallbackRenderer, Renderer
 from model.scene.inputs import SceneInputs
 from model.scene.scene import RENDERER_NAMES, RendererName
@@ -30,6 +31,13 @@ LIVE_COARSENESS = 4.0
 
 The ray caster keeps all samples and draws fewer pixels: in the same time, that is nearer to the
 image at rest."""
+
+DENSER = 4  # times as many samples along each ray, where the usual ones are too few for the TF
+CHECKED = 10  # one pixel of so many along both sides is drawn with these, too
+
+FEW = 2 / 255
+"""Least RMS difference of what is visible by which they are too few. Where a layer is crossed in
+less than a step, it shows as a lattice; images of broader ones have up to .0065."""
 
 PATIENCE_S = 0.02  # time between two checks whether an image is still wanted
 
@@ -102,7 +110,38 @@ class Drawer:
                 image = yield from self._in_halves(request.inputs, raster, watch)
             else:
                 image = self._drawn(request.inputs, raster, self.distance, watch, in_bands=True)
-            yield replace(image, is_last=is_last)
+            if is_last and not preview_limits and raster.width >= whole.width:
+                yield from self.finished(request.inputs, image, raster, watch)
+            else:
+                yield replace(image, is_last=is_last)
+
+    def finished(
+        self, inputs: SceneInputs, image: Image, raster: Raster, watch: Watch
+    ) -> Iterator[Image]:
+        """Yield an image at rest, and one of more samples if its own are too few."""
+        apart = self._apart_for(inputs, image.rgba, raster, watch)
+        if apart < self.distance:
+            yield replace(image, is_last=False)
+            image = replace(self._drawn(inputs, raster, apart, watch), by=image.by)
+        yield replace(image, is_last=True)
+
+    def picture(self, inputs: SceneInputs, raster: Raster, watch: Watch) -> Array:
+        """Render pixels as at rest."""
+        rgba = self.render(inputs, raster, self.distance, watch)
+        apart = self._apart_for(inputs, rgba, raster, watch)
+        return rgba if apart == self.distance else self.render(inputs, raster, apart, watch)
+
+    def _apart_for(self, inputs: SceneInputs, rgba: Array, raster: Raster, watch: Watch) -> float:
+        """Return how far apart the samples of an image must be, given it with the usual ones."""
+        if self.smooth_distance is None or not self.by_raycast:
+            return self.distance
+        columns, rows = (math.ceil(n / CHECKED) for n in (raster.columns, raster.rows))
+        part = replace(raster, columns=columns, rows=rows, step=CHECKED)
+        dense = self.render(inputs, part, self.distance / DENSER, watch)
+        seen = dense[..., 3] > VISIBLE
+        changes = (dense - rgba[::CHECKED, ::CHECKED])[seen]
+        are_few = len(changes) > 0 and float(np.sqrt(np.mean(changes**2))) > FEW
+        return self.distance / DENSER if are_few else self.distance
 
     def render(
         self, inputs: SceneInputs, raster: Raster, distance: float, watch: Watch = UNWATCHED

@@ -189,8 +189,7 @@ class RendererEngine(Engine):
         self, request: PictureRequest, tile: Raster, watch: Watch
     ) -> tuple[Array, float | None]:
         """Draw a tile of a picture to save, and estimate its error if it has one."""
-        drawer = self._own(watch)
-        return drawer.render(request.inputs, tile, drawer.distance, watch), None
+        return self._own(watch).picture(request.inputs, tile, watch), None
 
     def _small(self, request: BatchRequest, inputs: SceneInputs, watch: Watch) -> Array:
         """Draw one of several small images; thin layers have speckles while something moves."""
@@ -246,7 +245,8 @@ class ReferenceEngine(RendererEngine):
                 width = preview.width
         final = self._own(watch)
         if preview is not None and final.by_raycast and width >= whole.width:
-            yield replace(preview, by=final.description)
+            preview = replace(preview, by=final.description)
+            yield from final.finished(request.inputs, preview, whole, watch)
             return
         yield from final.resting(request, watch, width)
 

@@ -44,7 +44,9 @@ from model.scene.inputs import SceneInputs
 from model.scene.region import Outline
 from model.scene.scene import LightDirection, Scene
 from model.scene.tf_perturbation import edit_around
+from model.scene.transfer_function import GaussianMode, OpacityTF
 from model.scene.view import View
+from model.scene.volume import Volume
 from model.sensitivity.exact import region_responses
 
 
@@ -354,6 +356,21 @@ def test_small_pictures_at_rest_have_the_samples_of_large_ones(live, distance):
     engine.close()
     engine = RendererEngine(Drawer(FakeRenderer(1e-7), 0.5))  # VTK, while kernels are compiled
     assert len(engine.images(BatchRequest(inputs, Quality(24, live=live)))) == 1
+
+
+@pytest.mark.parametrize(("width", "distance"), [(0.4, 0.025), (8.0, 0.1)])
+def test_where_layers_are_thinner_than_a_step_samples_become_denser_at_rest(width, distance):
+    steep = Volume((100 + 100 * (np.indices((6, 7, 8)).sum(axis=0) % 2)).astype(np.uint8))
+    layer = OpacityTF((100.0, 200.0), (GaussianMode(150.0, width, 0.9),))
+    inputs = replace(make_request(1).inputs, opacity_tf=layer)
+    renderer = RaycastRenderer(steep, threads=1)
+    engine = RendererEngine(Drawer(renderer, 0.5, "raycast", 0.1))
+    truth = renderer.render(inputs, 160, distance)
+    shown = rests(engine, inputs=inputs, quality=Quality(160))[-1].rgba
+    np.testing.assert_array_equal(shown, truth)
+    saved = engine.picture(PictureRequest(inputs, Quality(160)))
+    np.testing.assert_array_equal(saved, np.rint(255 * truth))
+    engine.close()
 
 
 def test_small_path_traced_pictures_have_few_samples():
