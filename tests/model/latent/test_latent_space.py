@@ -5,14 +5,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import torch
 from toy_codec import ToyCodec, toy_space
 
 from model.errors import CheckpointError, LatentError, TransferFunctionError
 from model.latent import latent_space
 from model.latent.codes import CODEC_FILE, SHIPPED_CODEC, WEIGHTS_FILE, load_codec, sample_codes
-from model.networks.generator_network import EncodedInputs, decode_unit
-from model.networks.paper import TwoStageGenerator
 from model.samples.sampling import draw_opacity_tfs, draw_sample
 from model.scene.transfer_function import GaussianMode, OpacityTF
 
@@ -117,25 +114,6 @@ def space(lively_folder):
 def model_codes(space):
     tfs = np.random.default_rng(1).uniform(0, 1, (5, 256)).astype(np.float32)
     return space.codec.encode(np.cumsum(tfs, axis=1) / 256)
-
-
-def test_a_code_is_drawn_as_it_is(lively_generator, space, model_codes, scene):
-    inputs = draw_sample(scene, 3, "train", 0)
-    network = lively_generator.network
-    assert isinstance(network, TwoStageGenerator)
-    with torch.inference_mode():
-        encoded = EncodedInputs.of([inputs], scene)
-        view = network.opacity.encode_view(encoded.conditions)
-        for code, image in zip(
-            model_codes,
-            latent_space.draw_codes(lively_generator, space, model_codes, inputs),
-            strict=True,
-        ):
-            latent = torch.from_numpy(code)[None]
-            opacity = network.opacity.decode_image(view, latent)
-            color = network.translation(encoded.conditions, latent, encoded.color_tf, opacity)
-            expected = decode_unit(color)[0].permute(1, 2, 0).numpy()
-            np.testing.assert_allclose(image[..., :3], expected, atol=1e-5)
 
 
 def test_the_tf_of_a_code_is_drawn_as_whoever_takes_it_sees_it(

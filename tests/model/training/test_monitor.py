@@ -18,13 +18,7 @@ from model.networks.size import NetworkSize
 from model.scene.scene import Scene
 from model.training import monitor
 from model.training.batch import EncodedBatch, encode_batch
-from model.training.options import (
-    Budget,
-    StageOptions,
-    TrainingOptions,
-    halvings_of_epochs,
-    samples_of_epochs,
-)
+from model.training.options import Budget, StageOptions, TrainingOptions, halvings_of_epochs
 from model.training.plan import choose_precision
 from model.training.sources import StoredSource
 from model.training.stage import FIRST_PASSES, StepResult, halving_decay
@@ -186,11 +180,6 @@ IMPOSSIBLE = ["adversarial_start=2", "opacity_time_share=0", "beta2=1", "unrende
 def test_settings_that_make_no_sense_are_refused(setting):
     with pytest.raises(TrainingError, match=NONSENSE.get(setting, ".")):
         TrainingOptions().with_settings([setting])
-
-
-def test_the_papers_run_sees_each_image_thirty_times_in_each_stage():
-    assert samples_of_epochs(1, 500, TrainingOptions()) == 500
-    assert samples_of_epochs(0.001, 10, TrainingOptions.faithful()) == 1
 
 
 @pytest.mark.parametrize("epochs", [30.0, 12.0])

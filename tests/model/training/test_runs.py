@@ -259,11 +259,6 @@ def test_jobs_that_make_no_sense_are_refused(change, message):
         replace(FULL, **change)
 
 
-def test_the_papers_recipe_has_nothing_added_to_it():
-    size = TrainingJob(Path("x"), preset="draft", faithful=True, samples=1).size
-    assert not (size.modulation or size.deep_codec)
-
-
 def test_what_does_not_fit_is_refused_before_anything_is_measured(store, tmp_path):
     job = TrainingJob(tmp_path / "run", store=store.path, preset="draft", samples=24, device="cpu")
     with pytest.raises(TrainingError, match="64 pixels but the network draws 128") as caught:

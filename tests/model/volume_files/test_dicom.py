@@ -150,32 +150,6 @@ def test_what_is_odd_about_a_series_is_said(case, words, distance):
     assert distance is None or volume.spacing[2] == pytest.approx(distance)
 
 
-def linear(x, y, z):
-    """A field that linear interpolation reproduces, and that no reflection leaves alone."""
-    return np.round(1000 + 3 * x + 7 * y + 11 * z)
-
-
-@pytest.mark.parametrize("sign", [-1, 1])
-def test_a_gantry_s_tilt_is_sheared_back(tmp_path, sign):
-    ys, xs = np.meshgrid(2.0 * np.arange(12), 0.5 * np.arange(16), indexing="ij")
-    shift = np.array([0.0, sign * 1.0, 3.0])
-    planes = []
-    for z in range(6):
-        at = np.array([10, -20, 30]) + z * shift
-        planes.append(linear(xs + at[0], ys + at[1], at[2]).astype(np.int16))
-    places = [np.array([10, -20, 30]) + z * shift for z in range(6)]
-    folder = write_dicom(tmp_path / "ct", planes, positions=places)
-    grid = read_dicom(dicom_slices(folder))
-    nz, ny, nx = grid.values.shape
-    assert (nx, nz) == (16, 6)
-    z, y, x = np.meshgrid(*(np.arange(n) for n in (nz, ny, nx)), indexing="ij")
-    place = [o + s * k for o, s, k in zip(grid.origin, grid.spacing, (x, y, z), strict=True)]
-    there = ~grid.missing
-    assert there.sum() >= 6 * 11 * 16
-    np.testing.assert_allclose(grid.values[there], linear(*place)[there], atol=1)
-    assert "sheared back" in " ".join(grid.notes)
-
-
 def rle(plane):
     """One image as pydicom's encoder has it."""
     bits = 8 * plane.itemsize

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import zarr
 from volume_writers import voxels as random_voxels
-from volume_writers import write_itk, write_legacy, write_vti
+from volume_writers import write_itk
 
 from model.scene.distribution import Distribution
 from model.scene.labels import label_range, looks_like_labels
@@ -142,14 +142,10 @@ def test_a_fill_value_that_the_file_does_not_declare_is_reported_and_kept():
 
 
 @pytest.mark.parametrize("bad", [[np.nan], [np.nan, np.inf, -np.inf, np.nan]])
-@pytest.mark.parametrize(
-    ("suffix", "write"),
-    [(".nrrd", write_itk), (".nii", write_itk), (".vti", write_vti), (".vtk", write_legacy)],
-)
-def test_bad_voxels_are_counted(tmp_path, suffix, write, bad):
+def test_bad_voxels_are_counted(tmp_path, bad):
     array = random_voxels("float32")
     array.ravel()[3 : 3 + len(bad)] = bad
-    volume = read_volume(write(tmp_path / f"a{suffix}", array))
+    volume = read_volume(write_itk(tmp_path / "a.nrrd", array))
     good = np.isfinite(array)
     np.testing.assert_array_equal(volume.voxels[good], array[good])
     assert volume.data_range == (array[good].min(), array[good].max())
