@@ -8,18 +8,13 @@ from PySide6.QtGui import QKeyEvent, QValidator
 from PySide6.QtWidgets import QDoubleSpinBox, QSpinBox, QToolTip, QWidget
 
 from app.controls import WheelGuard
+from model.scene.ranges import without_zero
 from model.scene.value_scale import ValueScale, place_of, value_at
 
 MINUS = "\N{MINUS SIGN}"
 
 SMALLEST, LARGEST = 1e-4, 1e5
 MILLION = 1e6  # numbers between which no power of ten is written
-
-
-def without_zero(number: str) -> str:
-    """Leave out a zero before the point, as in ``"0.25"`` and ``"-0.25"``."""
-    digits = number.lstrip("+-")
-    return number.replace("0.", ".", 1) if digits.startswith("0.") else number
 
 
 def short(number: float, digits: int = 2, *, signed: bool = False) -> str:
@@ -39,12 +34,12 @@ def short(number: float, digits: int = 2, *, signed: bool = False) -> str:
 
 
 def significant(number: float, digits: int) -> str:
-    """Format a number with a limited number of significant digits: ``"2480"``, ``"0.05"``."""
+    """Format a number with a limited number of significant digits: ``"2480"``, ``".05"``."""
     size = abs(number)
     if not size or not SMALLEST <= size < MILLION:
         return f"{number + 0.0:.{digits}g}"
     text = f"{number:.{max(digits - 1 - math.floor(math.log10(size)), 0)}f}"
-    return text.rstrip("0").rstrip(".") if "." in text else text
+    return without_zero(text.rstrip("0").rstrip(".") if "." in text else text)
 
 
 CHARACTERS = set("0123456789+-.,eE ")
@@ -134,7 +129,7 @@ class NumberBox(QDoubleSpinBox):
             return f"{self.numbers[int(value)]}"
         more = TYPED_DIGITS - SHOWN_DIGITS if value == self._typed else 0
         number = value_at(value, self._scale) + 0.0
-        return without_zero(significant(number, min(self._digits + more, 17)))
+        return significant(number, min(self._digits + more, 17))
 
     def valueFromText(self, text: str) -> float:
         """Read a number; an unchanged text keeps the exact value."""

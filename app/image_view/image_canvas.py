@@ -12,10 +12,11 @@ from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from app import theme
 from app.controls import BY_KEYS, Painted
-from app.picture import BLACK, Background, paint_background
+from app.picture import BLACK, Background, is_bright, paint_background
 from model.rendering.brightness import brighten
 from model.rendering.raster import Raster
 from model.scene.region import Reach
+from model.sensitivity.display import on_white
 
 
 class KeyedWidget(QWidget):
@@ -53,6 +54,11 @@ def paint_progress(painter: QPainter, rect: QRect, progress: float) -> None:
     done = round(progress * rect.width())
     line = QRect(rect.left(), rect.top(), done, PROGRESS_HEIGHT)
     painter.fillRect(line, QColor(theme.ON_IMAGE.change))
+
+
+def picture_on(background: Background | None, colors: NDArray[np.float64]) -> QImage:
+    """Convert a picture of a difference (H, W, 3): it is white for none if the background is."""
+    return to_qimage(on_white(colors) if is_bright(background) else colors)
 
 
 def to_qimage(

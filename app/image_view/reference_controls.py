@@ -11,12 +11,12 @@ from app import theme
 from app.caption_button import CaptionButton
 from app.controls import WheelGuard, add_choices, add_switch, fill, text_button
 from app.image_view.gestures import light_at
-from app.number_box import without_zero
 from app.state.edits import BRIGHTEST, DARKEST, STEPS_PER_OCTAVE, Brightness, brightness_at
 from app.state.reference_image import ReferenceImage
 from app.state.viewer_state import ViewerState
 from model.rendering.brightness import LIT_BRIGHTNESS
 from model.rendering.path_tracing import denoising
+from model.scene.ranges import without_zero
 from model.scene.scene import RENDERER_NAMES, LightDirection, LightRange
 
 LIGHTINGS = {

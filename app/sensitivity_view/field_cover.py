@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,7 @@ from app import theme
 from app.engines.client import EngineState
 from app.engines.requests import ValueVisibilityRequest
 from app.image_view.engine_pane import EnginePane
-from app.image_view.image_canvas import ImageCanvas, to_qimage
+from app.image_view.image_canvas import ImageCanvas, picture_on
 from app.number_box import short
 from app.sensitivity_view.findings import change_text
 from app.sensitivity_view.what_if import RenderedEdit
@@ -56,9 +57,9 @@ class ColorBar(QToolButton):
             self.place()
         return False
 
-    def show_scale(self, measure: display.Shown, texts: tuple[str, str, str], tip: str) -> None:
+    def show_scale(self, bar: QImage, texts: tuple[str, str, str], tip: str) -> None:
         """Show a scale."""
-        self._bar = to_qimage(display.color_bar(measure, BAR.width())[None])
+        self._bar = bar
         self._texts = texts
         self.setToolTip(f"{tip}\n{TIP}")
         self.setAccessibleName(f"Colours: {texts[0]} to {texts[1]} {texts[2]}")
@@ -237,12 +238,14 @@ class FieldCover(QObject):
     def _show(self, colored: NDArray[np.float64], measure: display.Shown, meaning: str) -> None:
         """Cover the image by a picture, with its colour bar."""
         self._shown_as = measure
-        self.pane.canvas.cover = to_qimage(colored)
+        of_ground = partial(picture_on, self.pane.background)
+        self.pane.canvas.cover = of_ground(colored)
         high = f"{100 * self.scale:.0f} %" if measure == "visible" else short(self.scale)
         texts = ("0", high, meaning)
         if measure == "signed":
             texts = (short(-self.scale), short(self.scale, signed=True), meaning)
-        self.bar.show_scale(measure, texts, self._caption)
+        bar = of_ground(display.color_bar(measure, BAR.width())[None])
+        self.bar.show_scale(bar, texts, self._caption)
         self._changed()
 
     def _cover(self, answer: Answer[Any], image: NDArray[np.float32]) -> None:

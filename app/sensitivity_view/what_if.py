@@ -188,7 +188,7 @@ class WhatIfQuestion(QObject):
         lo, hi = state.scalar_range
         step = (hi - lo) / (TF_SAMPLES - 1)
         top = lo + step * int(edit.argmax())
-        values = (top, top) if band is None or band.low == band.high else band.values
+        values = (top, top) if band is None else band.values
         self._at = state.range_text(values)
         width = short(math.sqrt(2) * choices.width * step, 3)
         self.edit_text = (

@@ -161,6 +161,8 @@ class ModeCard(QFrame):
         self.value.set_limits(*ends, self._state.scale)
         self.value.numbers = self._state.file.label_numbers or {}
         self.value.show_value(value)
+        units = self._state.units
+        self._captions[self.value].setText(f"value ({units})" if units else "value")
 
     def _show_fields(self, *shown: NumberBox) -> None:
         for box in self.fields:

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from app.number_box import MINUS
+from model.scene.ranges import without_zero
 from model.scene.transfer_function import Range
 from model.scene.value_scale import ValueScale, logarithmic_ticks, values_at
 
@@ -176,7 +177,7 @@ def ticks(
 ) -> list[tuple[float, str]]:
     """Choose about `count` round values within a range: linear positions and texts."""
     if scale == "log":
-        return logarithmic_ticks(scalar_range, count)
+        return [(at, without_zero(text)) for at, text in logarithmic_ticks(scalar_range, count)]
     lo, hi = scalar_range
     step = _round_step((hi - lo) / count)
     numbers = np.arange(math.ceil(lo / step - 1e-9), math.floor(hi / step + 1e-9) + 1)
@@ -193,7 +194,7 @@ def _round_step(rough: float) -> float:
 
 def _text(value: float, digits: int) -> str:
     """Format a value with at most this many digits, and never as "-0"."""
-    return f"{value + 0.0:.{digits}g}"
+    return without_zero(f"{value + 0.0:.{digits}g}")
 
 
 BEND = 0.002  # opacity below which the logarithmic scale is nearly linear, so that it includes 0

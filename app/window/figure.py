@@ -24,7 +24,7 @@ from PySide6.QtGui import (
     QPolygonF,
 )
 
-from app.image_view.image_canvas import to_qimage
+from app.image_view.image_canvas import picture_on, to_qimage
 from app.number_box import short
 from app.picture import BLACK, WHITE, Background, compose, empty_picture, is_bright
 from app.tf_editor.unit_axis import ticks
@@ -35,14 +35,7 @@ from model.scene.tf_editing import opacity_handles
 from model.scene.transfer_function import TransferFunction
 from model.scene.view import Projection, View
 from model.scene.volume import Triple
-from model.sensitivity.display import (
-    LEAST_DIFFERENCE,
-    Shown,
-    color_bar,
-    on_white,
-    overlay,
-    scale_of,
-)
+from model.sensitivity.display import LEAST_DIFFERENCE, Shown, color_bar, overlay, scale_of
 
 TEXT_SIZE = 1 / 42  # height of the text relative to the shorter side of the image
 LEAST_TEXT = 10  # least height of the text in pixels
@@ -453,11 +446,11 @@ class Comparison:
 
     def picture(self, background: Background | None) -> QImage:
         """The difference over the drawn image: black for none, or white if the background is."""
-        return _on(background, self.colored)
+        return picture_on(background, self.colored)
 
     def bar(self, background: Background | None) -> QImage:
         """A row of the colours of the difference."""
-        return _on(background, color_bar(self.measure, SAMPLES)[None])
+        return picture_on(background, color_bar(self.measure, SAMPLES)[None])
 
     @property
     def ends(self) -> tuple[str, str]:
@@ -469,10 +462,6 @@ class Comparison:
     def title(self) -> str:
         """Meaning of the colours."""
         return "luminance of B − A" if self.is_of_b else "difference from the ground truth"
-
-
-def _on(background: Background | None, colors: NDArray[np.float64]) -> QImage:
-    return to_qimage(on_white(colors) if is_bright(background) else colors)
 
 
 def _colors(rgba: Rgba) -> Image:

@@ -10,10 +10,11 @@ from PySide6.QtWidgets import QLabel, QProgressBar, QStackedWidget, QStatusBar
 from app import theme
 from app.controls import ElidedLabel, Painted, announce, label, named
 from app.engines.background import Pause
-from app.number_box import MINUS, without_zero
+from app.number_box import MINUS
 from app.state.sensitivity_state import SensitivityState
 from app.state.viewer_state import ViewerState
 from app.window.help_pages import status_keys
+from model.scene.ranges import without_zero
 
 HEIGHT = 24  # in pixels
 NEWS_MS = 5_000  # time for which a sentence stays unless it is replaced

@@ -282,7 +282,7 @@ PLAIN = 1e6, 1e-6  # numbers below the first, of bins above the second, have no 
 
 
 def value_text(value: float, scalar_range: Range, scale: ValueScale) -> str:
-    """Format a value on a scale to within a bin of a TF over its range, such as "2.33e-08"."""
+    """Format a value on a scale to within a bin of a TF over its range: "2.33e-08", ".5"."""
     low, high = scalar_range
     bin_width = (high - low) / (TF_SAMPLES - 1)
     if scale == "log":
@@ -295,7 +295,13 @@ def value_text(value: float, scalar_range: Range, scale: ValueScale) -> str:
     else:
         digits = 1 if value == 0 else math.floor(math.log10(abs(value))) - place + 1
         text = f"{value:.{max(digits, 1)}g}"
-    return text.removeprefix("-") if float(text) == 0 else text
+    return text.removeprefix("-") if float(text) == 0 else without_zero(text)
+
+
+def without_zero(number: str) -> str:
+    """Leave out a zero before the point, as in ``"0.25"`` and ``"-0.25"``."""
+    digits = number.lstrip("+-")
+    return number.replace("0.", ".", 1) if digits.startswith("0.") else number
 
 
 def range_text(values: Range, scalar_range: Range, scale: ValueScale) -> str:

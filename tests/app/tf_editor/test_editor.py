@@ -6,7 +6,7 @@ from editor_events import LEFT, click, double_click, drag, pixel
 from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtGui import QColor
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QMenu
+from PySide6.QtWidgets import QLabel, QMenu
 
 from app.tf_editor.plot_area import PIN_PLACE
 from model.scene.transfer_function import OpacityTF
@@ -155,11 +155,13 @@ def test_the_context_menus_remove_and_add(editor, state):
 def test_a_free_curve_has_points_that_can_be_dragged(editor, state):
     curve = OpacityTF((100.0, 200.0), points=((100.0, 0.0), (150.0, 0.5), (200.0, 1.0)))
     state.tf_input.set(replace(state.transfer_function, opacity=curve), "edit")
+    state.units = "K"
     assert tuple(position(h) for h in editor.opacity.peaks) == curve.points
     drag(editor, pixel(editor, 150.0, 0.5), pixel(editor, 170.0, 0.2))
     value, height = state.transfer_function.opacity.points[1]
     assert value == pytest.approx(170.0, abs=0.3) and height == pytest.approx(0.2, abs=0.02)
     assert not any(h.isVisible() for h in editor.opacity.flanks)
     assert editor.card.heading == "Point 2 of 3"
+    assert "value (K)" in {each.text() for each in editor.card.findChildren(QLabel)}
     QTest.keyClick(editor.area.widget, Qt.Key.Key_Delete)
     assert len(state.transfer_function.opacity.points) == 2
