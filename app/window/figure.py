@@ -54,7 +54,7 @@ def legend_of(a: TransferFunction, b: TransferFunction | None = None) -> Legend:
     return {"": a} if b is None or b == a else {"A": a, "B": b}
 
 
-MOST_HEIGHT = 0.4  # length of a legend relative to the image's height
+LENGTH = 0.4  # of a legend, relative to the image's shorter side
 SAMPLES = 256  # colours of a bar, and scalar values along a legend
 
 
@@ -151,7 +151,7 @@ class Marks:
     def legend(self, tfs: Legend, units: str) -> None:
         """Paint TFs at the lower right: colours, opacities, largest opacity, names, and values."""
         text, rect, tf = self._text, self._rect, next(iter(tfs.values()))
-        length = MOST_HEIGHT * rect.height()
+        length = LENGTH * min(rect.width(), rect.height())
         marks = ticks(tf.scalar_range, max(min(int(length / (2.2 * text)), 6), 1), tf.scale)
         widest = max((self._width_of(label) for _, label in marks), default=0.0)
         margin, gap = 1.2 * text, 0.4 * text

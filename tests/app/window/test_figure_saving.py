@@ -417,6 +417,15 @@ def test_the_scale_bar_is_as_long_as_the_scale_says(size):
     assert longest == pytest.approx(length, abs=4)
 
 
+def test_a_narrow_image_has_a_short_legend():
+    choice, nothing = (
+        FigureChoice(300, 600, BLACK, legend=True),
+        np.zeros((600, 300, 4), np.float32),
+    )
+    rows = np.flatnonzero(made(choice, reference=nothing).any(axis=(1, 2)))
+    assert 600 - 0.6 * 300 < rows.min() < 600 - 0.4 * 300
+
+
 @pytest.mark.parametrize("which", ["generator", "b"])
 def test_the_difference_stands_out_where_it_is_largest_and_is_white_on_white(which):
     truth = plain(0.5, 300, 300)
