@@ -7,7 +7,6 @@ import numpy as np
 from app.engines.drawer import Drawer
 from app.engines.renderer_engine import RendererEngine
 from app.engines.requests import (
-    Engine,
     ImageRequest,
     Quality,
     RegionSensitivityRequest,
@@ -49,12 +48,12 @@ def prepare(group: KernelGroup) -> None:
         engine.close()
 
 
-def _draw(engine: Engine, volume: Volume) -> None:
+def _draw(engine: RendererEngine, volume: Volume) -> None:
     for live in (True, False):
         list(engine.images_of(ImageRequest(_inputs(volume), Quality(PIXELS, live=live))))
 
 
-def _answer(engine: Engine, volume: Volume) -> None:
+def _answer(engine: RendererEngine, volume: Volume) -> None:
     asked = _inputs(volume), Quality(PIXELS)
     whole = Region(0, 0, PIXELS, PIXELS)
     width, values = 6.0, volume.scalar_range

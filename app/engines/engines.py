@@ -66,7 +66,6 @@ class GeneratorEngine(requests.Engine):
     """A trained generator as an engine, kept for the next one; images always have its size."""
 
     scene: Scene
-    draws_codes = True
 
     def __init__(self, generator: Generator, kept: list[Generator]) -> None:
         self._generator, self.scene = generator, generator.scene
@@ -136,10 +135,7 @@ class GeneratorEngine(requests.Engine):
         question = inputs, width
         if self._differentiated is None or self._differentiated[0] != question:
             self._differentiated = None
-            found = Sensitivity(self._generator, inputs, width)
-            if not self.draws_codes:
-                return found
-            self._differentiated = question, found
+            self._differentiated = question, Sensitivity(self._generator, inputs, width)
         return self._differentiated[1]
 
 

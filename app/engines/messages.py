@@ -45,7 +45,6 @@ class EngineReady:
     """Message that an engine is built; see :class:`app.engines.requests.Engine`."""
 
     scene: Scene | None
-    draws_codes: bool = False
 
 
 @dataclass(frozen=True)

@@ -208,8 +208,7 @@ class RendererEngine(Engine):
     def _ray_caster(self) -> RaycastRenderer:
         from model.rendering.raycast.renderer import RaycastRenderer
 
-        if not isinstance(self._drawer.renderer, RaycastRenderer):
-            raise NotOfferedError("VTK computes no derivatives; choose the ray caster.")
+        assert isinstance(self._drawer.renderer, RaycastRenderer)
         return self._drawer.renderer
 
     def _of_curves(self) -> RaycastRenderer:

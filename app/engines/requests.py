@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.engines.exactness import STOPS, USUAL, Exactness
-from model.errors import NotOfferedError
 from model.rendering.raster import Raster
 from model.rendering.renderer import smooth_distance
 from model.scene.inputs import SceneInputs
@@ -127,8 +126,7 @@ class Request:
     def answer(self, engine: Engine, watch: Watch) -> NDArray[Any] | Iterator[Image]:
         """Return an engine's answer, or an iterator of ever better images.
 
-        Raises :class:`NotOfferedError` if the engine does not answer such requests, and
-        :class:`SupersededError` if the answer is no longer wanted.
+        Raises :class:`SupersededError` if the answer is no longer wanted.
         """
         return getattr(engine, self.asks)(self, watch)
 
@@ -214,12 +212,11 @@ class Engine(ABC):
     """Base class of engines; each is built, used and closed in one thread.
 
     A method returns the array that its request's class describes. It may raise
-    :class:`SupersededError` when the answer is no longer wanted. Methods that an engine does not
-    offer raise :class:`model.errors.NotOfferedError`.
+    :class:`SupersededError` when the answer is no longer wanted. Renderers have methods for the
+    other requests, too.
     """
 
     scene: Scene | None = None  # what a generator was trained on
-    draws_codes = False  # whether images can be drawn from latent codes
     image_error: float | None = None  # estimated error of the last saved picture; may be infinite
 
     @property
@@ -235,10 +232,6 @@ class Engine(ABC):
     @abstractmethod
     def images_of(self, request: ImageRequest, watch: Watch = UNWATCHED) -> Iterator[Image]:
         """Draw ever better images, up to the final one; stop when they are no longer wanted."""
-
-    def trade_off(self, request: TradeOffRequest, watch: Watch = UNWATCHED) -> Array:
-        """Measure time and error of images while something moves; not offered by generators."""
-        raise NotOfferedError("A model draws images of one size only.")
 
     @abstractmethod
     def picture(self, request: PictureRequest, watch: Watch = UNWATCHED) -> NDArray[np.uint8]:
@@ -259,14 +252,6 @@ class Engine(ABC):
         self, request: ValueSensitivityRequest, watch: Watch = UNWATCHED
     ) -> Array:
         """Differentiate each pixel by some scalar values; not offered by VTK."""
-
-    def visibility(self, request: VisibilityRequest, watch: Watch = UNWATCHED) -> Array:
-        """Compute the visibility of each scalar value; offered by the ray caster only."""
-        raise NotOfferedError("A model cannot compute which scalar values are visible.")
-
-    def value_visibility(self, request: ValueVisibilityRequest, watch: Watch = UNWATCHED) -> Array:
-        """Compute how much of each pixel shows some values; offered by the ray caster only."""
-        raise NotOfferedError("A model cannot compute where scalar values are visible.")
 
     def forget(self, channel: str) -> None:  # noqa: B027, most keep nothing
         """Free the data of a channel's images, which are hidden."""

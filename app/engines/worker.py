@@ -129,7 +129,7 @@ class EngineWorker(QObject):
     def _serve(self) -> None:
         try:
             engine = self._engines[None] = self._factory()
-            ready = messages.EngineReady(engine.scene, engine.draws_codes)
+            ready = messages.EngineReady(engine.scene)
         except BaseException as error:
             # Any exception: the window would wait forever for a thread that ended silently.
             self._message.emit(messages.EngineFailed(messages.error_sentence(error)))

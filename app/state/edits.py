@@ -157,9 +157,8 @@ class EditedInput(QObject, Generic[T]):
         if self.value == self._before:
             self.changeFinished.emit(self.value)
         else:
-            text = text or self._name(self.value)
             self.is_edited = True
-            self._change(text, merge_key)
+            self._change(text or self._drag, merge_key)
 
     def cancel(self) -> None:
         """Go back to the value from before the drag, if there is one."""
@@ -191,10 +190,6 @@ class EditedInput(QObject, Generic[T]):
             self.value, self.is_edited = value, True
             self.changed.emit(value)
         self.changeFinished.emit(self.value)
-
-    def _name(self, after: T) -> str:
-        """Return the name of a drag that ended at a value."""
-        return self._drag
 
     def _normal(self, value: T) -> T:
         """Return the value to keep of two equal ones."""

@@ -1,7 +1,7 @@
 """Pictures of the map of TFs: the grid, and the place under the mouse.
 
-The ray caster draws the decoded TF, which a click takes. On the map, a model that draws codes draws
-the code itself, as in the paper (section 5.2).
+The ray caster draws the decoded TF, which a click takes. On the map, a model draws the code itself,
+as in the paper (section 5.2).
 """
 
 from collections.abc import Mapping
@@ -109,12 +109,11 @@ class LatentPictures(QObject):
         has_codes = self._model_size is not None and self.session.model is not None
         return has_codes and choices.codec == "model" and choices.on_map
 
-    def set_model(self, folder: Path | None, size: int | None, draws_codes: bool = False) -> None:
-        """Set a model that fits the volume, the size of its images, and whether it draws codes."""
+    def set_model(self, folder: Path | None, size: int | None) -> None:
+        """Set a model that fits the volume, and the size of its images."""
         if folder != self.session.model:
             self.state.choose(codec="shipped")
             self.session.model = folder
-        size = size if draws_codes else None
         if size != self._model_size:
             self._model_size = size
             # The previous engine may never answer.

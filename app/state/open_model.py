@@ -52,7 +52,6 @@ class OpenModel:
         # Of the open model, whatever its volume; its scene once it is loaded.
         self.folder: Path | None = None
         self.scene: Scene | None = None
-        self.draws_codes = False
         # Whether one path-traced sample, denoised, replaces the model's image because the model
         # knows another light; or will, once the path tracer's kernels are compiled.
         self.draws_path = self.awaits_path = False
@@ -71,7 +70,7 @@ class OpenModel:
     @property
     def drawer(self) -> str:
         """Name of the renderer; empty if the title says it."""
-        paper = "networks of the paper" if self.draws_codes else ""
+        paper = "" if self.scene is None else "networks of the paper"
         return PATH_DRAWER if self.draws_path else paper
 
     @property
@@ -95,7 +94,6 @@ class OpenModel:
     def open(self, folder: Path | None, promised: Scene | None, held: bool) -> None:
         """Load a model in the background, given the scene of its card; None for no model."""
         self.scene, self._promised = None, promised
-        self.draws_codes = False
         self.folder, self._kept = folder, []
         self._is_held, self.shows_image = folder is not None, self.shows_image or None
         if folder is None:
@@ -124,7 +122,6 @@ class OpenModel:
             self.shows_image = False
         if wanted != self._path_scene:
             self._path_scene, self.draws_path = wanted, wanted is not None
-            self.draws_codes = False
             if not self._is_held:
                 self._is_held = True
                 self.begin()
@@ -214,7 +211,7 @@ class OpenModel:
     def take(self, ready: EngineReady) -> None:
         """Note that a model was loaded."""
         if not self.draws_path:
-            self.scene, self.draws_codes = ready.scene, ready.draws_codes
+            self.scene = ready.scene
 
     def has_failed(self) -> bool:
         """Note that the client has failed; return whether it was loading a model."""

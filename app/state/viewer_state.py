@@ -262,8 +262,5 @@ class _EditedLight(EditedInput[LightDirection | None]):
 
 
 class _EditedCrop(EditedInput[CropBox | None]):
-    def _name(self, after: CropBox | None) -> str:
-        return "whole volume" if after is None else self._drag
-
     def _normal(self, value: CropBox | None) -> CropBox | None:
         return None if value is None or value.is_whole else value

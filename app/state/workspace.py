@@ -384,9 +384,7 @@ class Workspace(QObject):
         scene = self.model.fitting_scene
         learned_size = None if scene is None else scene.image_size
         self.sensitivity.set_learned(learned_size)
-        self.latent.set_model(
-            None if scene is None else self.model.folder, learned_size, self.model.draws_codes
-        )
+        self.latent.set_model(None if scene is None else self.model.folder, learned_size)
         self._update_hint()
         # Last, so that listeners see all changes.
         self.modelChanged.emit()

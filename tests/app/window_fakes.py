@@ -52,9 +52,8 @@ def red_of(request):
 class FakeEngine:
     """Renders images in :func:`red_of`'s colour; with a gate it waits in every render."""
 
-    def __init__(self, scene=None, gate=None, description="", draws_codes=False):
+    def __init__(self, scene=None, gate=None, description=""):
         self.scene = scene
-        self.draws_codes = draws_codes
         self.description, self.remark = description, ""
         self.by_raycast = False
         self.image_error = None
@@ -171,7 +170,6 @@ class FakeBuilders:
 
     volumes: dict[str, Volume] = field(default_factory=lambda: {"ramp": make_volume()})
     scene: Scene | None = None
-    draws_codes: bool = False
     generators: list[FakeEngine] = field(default_factory=list)
     kept: list[list] = field(default_factory=list)
     references: list[FakeEngine] = field(default_factory=list)
@@ -233,5 +231,5 @@ class FakeBuilders:
         if self.generator_error is not None:
             raise self.generator_error
         scene = self.scene or Scene.of(self.volumes["ramp"], image_size=16)
-        self.generators.append(FakeEngine(scene, description="CPU", draws_codes=self.draws_codes))
+        self.generators.append(FakeEngine(scene, description="CPU"))
         return self.generators[-1]

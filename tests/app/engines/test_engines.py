@@ -476,7 +476,6 @@ def engine():
 
 
 def test_codes_are_drawn_as_the_tfs_that_they_are_of(engine):
-    assert engine.draws_codes
     other = SceneInputs.of(VIEW, make_tf(140.0))
     tfs = np.stack([one.opacity_tf.sample() for one in (INPUTS, other)])
     codes = tuple(map(tuple, NetworkCodec(engine._generator.network.codec).encode(tfs).tolist()))

@@ -419,7 +419,6 @@ def newest(builders, channel):
 def test_the_model_draws_codes_and_leaves_those_of_the_shipped_codec(
     qtbot, make_window, builders, places
 ):
-    builders.draws_codes = True
     window = make_window()
     window.resize(1200, 800)
     window.latent_state.choose(codec="model", on_map=True)

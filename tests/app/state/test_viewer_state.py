@@ -40,7 +40,7 @@ def test_a_crop_is_undone_and_redone_among_the_edits(qtbot, state):
     assert state.live
     state.crop_input.finish()
     state.crop_input.set(third)
-    state.crop_input.set(None)
+    state.show_whole()
     assert not state.live
     assert state.edits.stack.undoText() == "whole volume"
     seen = []

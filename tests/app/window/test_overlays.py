@@ -20,8 +20,7 @@ def grays(picture):
     return {picture.pixelColor(x, y).value() for x, y in pixels}
 
 
-def test_opacity_images_lie_in_the_corner(make_window, builders):
-    builders.draws_codes = True
+def test_opacity_images_lie_in_the_corner(make_window):
     window = make_window()
     opacity = action(window, "Opacity image")
     generator, reference, _ = window.overlays.insets
