@@ -4,7 +4,7 @@ The ray caster draws the decoded TF, which a click takes. On the map, a model dr
 as in the paper (section 5.2).
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TypeVar
@@ -80,8 +80,9 @@ class LatentPictures(QObject):
         self.grid: GridPicture | None = None
         self._state = state
         self._model_size: int | None = None
-        self.is_path_traced = False  # whether path-traced pictures follow those at rest
-        self.patience = 1.0  # of live pictures, in usual times
+        # Whether path-traced pictures follow those at rest; time of live pictures, in usual times.
+        self.is_path_traced: Callable[[], bool] = lambda: False
+        self.patience: Callable[[], float] = lambda: 1.0
         self._pace = Pace()
         self._grids = Channels(clients, "grid", self._take_grid, self)
         self._hovers = Channels(clients, "hover", self._take_hover, self)
@@ -200,7 +201,7 @@ class LatentPictures(QObject):
         """Request pictures of TFs with their codes, and return the request's number."""
         source: EngineName = "learned" if self.from_codes else "exact"
         if live:
-            seconds *= self.patience / len(tfs)
+            seconds *= self.patience() / len(tfs)
             size = round(size * self._pace.scale(source, size, seconds, 0.5))
         if self.from_codes and self._model_size is not None:
             size = self._model_size
@@ -279,7 +280,7 @@ class LatentPictures(QObject):
             seconds = result.seconds / len(result.value)
             self._pace.note(source, request.quality.pixels.width, seconds)
         waits = channels[source].is_pending
-        due = self.is_path_traced and source == "exact" and not (request.quality.live or waits)
+        due = self.is_path_traced() and source == "exact" and not (request.quality.live or waits)
         if asked is not None and due and not request.traced:
             table[channels[source].ask(replace(request, traced=True)).sequence] = asked
         return asked

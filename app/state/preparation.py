@@ -35,9 +35,9 @@ class Preparation(QObject):
     """
 
     prepared = Signal()  # emitted when an engine may use the kernels of one more group
-    progressed = Signal(int, int)
-    """Emitted with the numbers of prepared and wanted groups, each second until all are prepared.
-    """
+    progressed = Signal(int, int, str)
+    """Emitted with the numbers of prepared and wanted groups, and the remaining time in words, each
+    second until all are prepared."""
 
     def __init__(
         self,
@@ -150,7 +150,7 @@ class Preparation(QObject):
         if done == len(self._wanted):
             self._tick.stop()
         self.text = self._text()
-        self.progressed.emit(done, len(self._wanted))
+        self.progressed.emit(done, len(self._wanted), self.text)
 
 
 def _crowd() -> float:

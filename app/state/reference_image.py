@@ -421,7 +421,7 @@ class ReferenceImage(QObject):
             self._analyst.start(build, PREPARING)
         self.analystReplaced.emit()
 
-    def _say_time(self, *_groups: int) -> None:
+    def _say_time(self, *_progress: object) -> None:
         """Say why an engine waits, and for how long."""
         text = self.preparation.text
         if text and self._vtk_problem and self._is_vtk_for_now:

@@ -21,7 +21,6 @@ from app.state.open_model import NO_VOLUME, OpenModel
 from app.state.opened_volume import OpenedVolume
 from app.state.piece_finder import PieceFinder
 from app.state.preferences import Preferences
-from app.state.reference_choices import ReferenceChoices
 from app.state.reference_image import ReferenceImage
 from app.state.sensitivity_asker import SensitivityAsker, Source
 from app.state.sensitivity_state import SensitivityState
@@ -89,6 +88,9 @@ class Workspace(QObject):
         self.opening = VolumeOpening(
             builders.read_volume, self, self.model, self.library, preferences, self
         )
+        # Pictures of the map are as fast as the images.
+        self.latent.patience = lambda: STOPS[self.reference.choices.stop].patience
+        self.latent.is_path_traced = lambda: self.reference.settings.lighting == "path"
         self.opened: OpenedVolume | None = None
         self.pieces = PieceFinder(self.sensitivity, lambda: self.model.volume, self.news.emit, self)
         self._kept = ""  # fingerprint of the volume whose memory is kept
@@ -105,11 +107,10 @@ class Workspace(QObject):
             (state.edits.edited, self._keep_edits),
             (state.tf_input.paneChanged, self._keep_b),
             (state.viewChangeFinished, lambda view: self.keep(view=view)),
-            (self._asked.changed, self._keep_changed_regions),
-            (self._asked.finished, lambda _what: self._keep_regions()),
+            (self._asked.changed, self._keep_regions),
+            (self._asked.finished, self._keep_regions),
             (self.opening.warned, self.problem.emit),
             (work.resized, self.sensitivity.show),
-            (work.choicesChanged, self._share_patience),
             (work.settingsChanged, self._relight),
             (self.latent.state.choicesChanged, self._make_way),
             (self.latent.session.differentChanged, partial(self._scheduler.make_way, False)),
@@ -125,11 +126,6 @@ class Workspace(QObject):
         ]
         for signal, slot in wires:
             signal.connect(slot)
-        self._share_patience(work.choices)
-
-    def _share_patience(self, choices: ReferenceChoices) -> None:
-        """Give pictures of the map the same speed as the images."""
-        self.latent.patience = STOPS[choices.stop].patience
 
     def _make_way(self, choices: LatentChoices) -> None:
         """Have images wait for the browser's first pictures, which its opening asks for."""
@@ -329,14 +325,11 @@ class Workspace(QObject):
         assert self.opened is not None
         return self._preferences.keep_mask(self._kept, mask, self.opened.volume)
 
-    def _keep_changed_regions(self, what: str) -> None:
-        if what == "regions" and not self._asked.dragging:
-            self._keep_regions()
-
-    def _keep_regions(self) -> None:
+    def _keep_regions(self, what: str = "regions") -> None:
         asked = self._asked
-        name = "" if asked.active is None else asked.region_name
-        self.keep(regions=asked.regions, active_region=name, region_count=asked.count)
+        if what == "regions" and not asked.dragging:
+            name = "" if asked.active is None else asked.region_name
+            self.keep(regions=asked.regions, active_region=name, region_count=asked.count)
 
     def keep(self, **changes: Any) -> None:
         """Remember something of the open volume, by its names in :class:`VolumeMemory`."""
@@ -392,7 +385,6 @@ class Workspace(QObject):
     def _relight(self) -> None:
         """Adapt the generator and the panels to another light of the reference."""
         before = self.model.draws_path, self.model.awaits_path
-        self.latent.is_path_traced = self.reference.settings.lighting == "path"
         self._follow_light()
         if (self.model.draws_path, self.model.awaits_path) != before:
             self._follow_scene()

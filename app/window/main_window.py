@@ -75,7 +75,7 @@ class MainWindow(WindowParts):
             (workspace.problem, fail),
             (workspace.news, self.status.say),
             (work.settingsChanged, lambda _settings: self._show_light()),
-            (work.preparation.progressed, self._show_preparation),
+            (work.preparation.progressed, self.status.show_preparation),
             (self.latent_state.choicesChanged, self._show_browser),
             (self.crop_card.shownChanged, self._show_crop_handles),
             (self.sensitivity_state.changed, self._show_crop_handles),
@@ -266,9 +266,6 @@ class MainWindow(WindowParts):
         self.reference.title = f"A{of_a}" if compares else "Ground truth"
         self.pane_b.title = f"B{of_b}"
         self.editor.show_pane(tf_input.pane if compares else "")
-
-    def _show_preparation(self, done: int, wanted: int) -> None:
-        self.status.show_preparation(done, wanted, self.workspace.reference.preparation.text)
 
     def _show_light(self) -> None:
         """Name the reference's light, and the one that follows once it can be drawn."""

@@ -51,7 +51,7 @@ def processes_of(work):
 def test_what_is_wanted_is_compiled_once(qtbot, folder):
     work = preparing(KEEPS, folder)
     told = []
-    work.progressed.connect(lambda done, of: told.append((done, of)))
+    work.progressed.connect(lambda done, of, _text: told.append((done, of)))
     assert not work.is_prepared(IMAGES)
     work.want([IMAGES, QUESTIONS])
     work.want([IMAGES, QUESTIONS])

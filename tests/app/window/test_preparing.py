@@ -34,7 +34,7 @@ class HeldPreparation(QObject):
     """Prepares what the test says, when it says so."""
 
     prepared = Signal()
-    progressed = Signal(int, int)
+    progressed = Signal(int, int, str)
 
     def __init__(self, parent):
         super().__init__(parent)
@@ -46,7 +46,7 @@ class HeldPreparation(QObject):
         self.wanted = groups
         done = len(self.there & set(groups))
         self.text = f"{done} of {len(groups)}" if done < len(groups) else ""
-        self.progressed.emit(done, len(groups))
+        self.progressed.emit(done, len(groups), self.text)
 
     def is_prepared(self, group):
         return group in self.there
