@@ -228,52 +228,33 @@ def _narrow_top(
     least: float,
 ) -> tuple[float, float, float] | None:
     """Lowest value, highest value and width at half height of a top; None if it is not narrow."""
-    top = heights[first]
     # A slope down to the foot is wide enough on its own, at half of it.
-    sides = [
-        _foot(values, heights, first, -1, values[first] - 2 * entry),
-        _foot(values, heights, last, 1, values[last] + 2 * entry),
-    ]
-    foot = max(height for _, height in sides)
+    sides = [_side(values, heights, at, step, 2 * entry) for at, step in ((first, -1), (last, 1))]
+    top, foot = heights[first], max(falling[-1] for _, falling in sides)
     if top - foot <= least:
         return None
-    half, low = (top + foot) / 2, foot + 0.02 * (top - foot)
-    width = sum(_distance(values, heights, i, step, half) for i, step in ((first, -1), (last, 1)))
-    width += values[last] - values[first]
-    if width >= LEAST_WIDTH * entry:
+
+    def ends_at(level: float) -> tuple[float, float]:
+        left, right = (float(np.interp(-level, -falling, away)) for away, falling in sides)
+        return float(values[first]) - left, float(values[last]) + right
+
+    low, high = ends_at((top + foot) / 2)
+    if high - low >= LEAST_WIDTH * entry:
         return None
-    left, right = (_distance(values, heights, i, s, low) for i, s in ((first, -1), (last, 1)))
-    return float(values[first] - left), float(values[last] + right), float(width)
+    return *ends_at(foot + 0.02 * (top - foot)), high - low
 
 
-def _foot(
-    values: NDArray[np.float64], heights: NDArray[np.float64], start: int, step: int, end: float
-) -> tuple[float, float]:
-    """Place and height of the lowest point next to a top, up to a value or the next rise."""
-    index, lowest = start, (values[start], heights[start])
-    while 0 <= index + step < len(values) and heights[index + step] <= lowest[1]:
-        ahead = index + step
-        if step * (values[ahead] - end) > 0:
-            ends = slice(min(index, ahead), max(index, ahead) + 1)
-            return end, float(np.interp(end, values[ends], heights[ends]))
-        index = ahead
-        lowest = values[index], heights[index]
-    return lowest
-
-
-def _distance(
-    values: NDArray[np.float64], heights: NDArray[np.float64], start: int, step: int, level: float
-) -> float:
-    """Distance from a top to where the curve falls to a level."""
-    index = start
-    while 0 <= index + step < len(values) and heights[index + step] > level:
-        index += step
-    ahead = index + step
-    if not 0 <= ahead < len(values):
-        return abs(float(values[index] - values[start]))
-    share = (heights[index] - level) / (heights[index] - heights[ahead])
-    place = values[index] + share * (values[ahead] - values[index])
-    return abs(float(place - values[start]))
+def _side(
+    values: NDArray[np.float64], heights: NDArray[np.float64], start: int, step: int, reach: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Distances from a top, and the heights there, down to the next rise or within a reach."""
+    away, falling = np.abs(values[start::step] - values[start]), heights[start::step]
+    rises = np.flatnonzero(np.diff(falling) > 0)
+    count = rises[0] + 1 if len(rises) else len(away)
+    away, falling = away[:count], falling[:count]
+    inside = away < reach
+    end = min(reach, away[-1])
+    return np.append(away[inside], end), np.append(falling[inside], np.interp(end, away, falling))
 
 
 def _shown(opacity: OpacityTF) -> Range:
