@@ -8,7 +8,7 @@ from PySide6.QtGui import QCursor, QTextDocument
 from PySide6.QtWidgets import QDialog, QLabel, QTextBrowser, QToolTip, QVBoxLayout, QWidget
 
 from app import theme
-from app.controls import close_box, fill
+from app.controls import close_box, fill, search_field
 
 GLOSSARY = Path(__file__).parent.parent / "docs" / "glossary.md"
 
@@ -48,10 +48,18 @@ def explain(label: QLabel) -> None:
 
 
 def open_glossary(parent: QWidget, term: str = "") -> QDialog:
-    """Open the glossary, at a term if one is given."""
+    """Open the glossary, at a term if one is given, with a search field."""
     # The window itself is there, so that its picture is not needed.
     text = re.sub(r"!\[.*\n", "", GLOSSARY.read_text(encoding="utf-8"))
-    page, dialog = open_page(parent, "Glossary", text)
+    entries, wanted = re.split(r"\n(?=\S)", text), search_field("Search the glossary")
+    page, dialog = open_page(parent, "Glossary", text, wanted)
+
+    def show(words: str) -> None:
+        found = [e for e in entries if all(word in e.lower() for word in words.lower().split())]
+        page.setMarkdown("\n".join(found) or "No entry has these words.")
+
+    wanted.textChanged.connect(show)
+    wanted.setFocus()
     if term:
         # From the end, so that the term is at the top.
         page.moveCursor(page.textCursor().MoveOperation.End)

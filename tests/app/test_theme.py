@@ -2,7 +2,8 @@ import re
 
 import pytest
 from PySide6.QtGui import QColor, QPalette
-from PySide6.QtWidgets import QLabel, QTextBrowser, QToolTip
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QLabel, QLineEdit, QTextBrowser, QToolTip
 
 from app import theme
 from app.glosses import GLOSSARY, SENTENCES, explain, gloss, without_links
@@ -65,4 +66,9 @@ def test_a_term_says_what_it_means_and_leads_to_the_glossary(qtbot, term):
     (page,) = label.findChildren(QTextBrowser)
     assert page.textCursor().selectedText() == f"{term}."
     assert "\ufffc" not in page.toPlainText()  # an icon for a missing picture
+    (search,) = page.window().findChildren(QLineEdit)
+    QTest.keyClicks(search, "bell opacity")
+    assert page.toPlainText().count(".\n") <= 2 and page.toPlainText().startswith("Mode.")
+    search.clear()
+    assert page.toPlainText().startswith("Glossary")
     page.window().close()
