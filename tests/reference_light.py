@@ -30,7 +30,7 @@ from tests.reference_raycaster import (
 )
 
 DIFFUSE, SPECULAR, HALF_POWER = 0.9, 0.2, 10
-AMBIENT, DISTANT = 0.4, 0.65
+AMBIENT, DISTANT, SHADOW = 0.4, 0.65, 0.35
 NOISE = 3.0
 NODES, AROUND_NODE = 64, 4
 RAYS_AT_ONCE = 2048
@@ -162,7 +162,7 @@ def _soft_grid(volume, field, opacity, travel, inputs, mask):
     table = -np.log1p(-dense).astype(opacity.dtype)
     if np.iscomplexobj(opacity):
         table = table + 1j * np.where(opacity.real < LARGEST_OPACITY, opacity.imag / (1 - dense), 0)
-    looked_up = table[bins] / volume.voxel_size
+    looked_up = SHADOW * table[bins] / volume.voxel_size
     if volume.hidden is not None:
         looked_up[volume.hidden] = 0
     if mask is not None:

@@ -23,6 +23,7 @@ from model.rendering.path_tracing import denoising
 from model.rendering.path_tracing.denoising import Cleaning, Denoiser, denoise, denoiser
 from model.rendering.path_tracing.estimate import Estimate
 from model.rendering.raster import Raster
+from model.rendering.raycast.illumination import LEARNED_SHADOW
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.scene.inputs import SceneInputs
 from model.scene.scene import LightDirection
@@ -62,7 +63,7 @@ class NetworkCleaning:
     ) -> None:
         self._device = choose_device("auto")
         self._network = place(network, self._device)
-        self._soft = RaycastRenderer(volume, "soft", light)
+        self._soft = RaycastRenderer(volume, "soft", light, shadow=LEARNED_SHADOW)
 
     def cleaner(self, inputs: SceneInputs, raster: Raster) -> FinishedPicture:
         """Return the denoising of a picture's estimates."""

@@ -20,6 +20,7 @@ from model.files import write_atomically
 from model.rendering.path_tracing.denoising import available, denoise
 from model.rendering.path_tracing.renderer import PathTracer
 from model.rendering.raster import Raster
+from model.rendering.raycast.illumination import LEARNED_SHADOW
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.scene.crop import CropBox
 from model.scene.default_tf import default_transfer_function
@@ -69,7 +70,7 @@ class PairDrawer:
     def __init__(self, volume: Volume, many: int = MANY) -> None:
         self._volume, self._many = volume, many
         self._scene = Scene.of(volume, SIZE, "path", renderer="raycast", movable_light=True)
-        self._lit = RaycastRenderer(volume, "soft")
+        self._lit = RaycastRenderer(volume, "soft", shadow=LEARNED_SHADOW)
 
     def block(self, seed: int, number: int) -> Pairs | None:
         """Draw the pairs of a block; None if too little of the volume is visible."""

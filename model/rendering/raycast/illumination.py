@@ -1,8 +1,8 @@
 """Illumination: a scene's light as kernels take it, by gradient shading or from a grid.
 
 Soft light follows the paper (section 6): one distant light and ambient light, attenuated by the
-volume's extinction. The light that reaches each point, from the distant light and from all
-directions, is computed by sweeps over a coarse grid of the extinction.
+volume's extinction, or by a share of it. The light that reaches each point, from the distant light
+and from all directions, is computed by sweeps over a coarse grid of the extinction.
 """
 
 from __future__ import annotations
@@ -43,6 +43,12 @@ NOISE = 3.0
 The difference of two voxels has 1.4 of them along each axis, less between voxels."""
 
 AMBIENT, DISTANT = 0.4, 0.65  # soft light: unoccluded ambient light and distant light
+SHADOW = 0.35
+"""Share of the extinction by which soft light fades: matter scatters the rest on, as path-traced
+light. If all of it faded, what lies behind much faint matter would be nearly black."""
+
+LEARNED_SHADOW = 1.0  # of the soft light that the network for path-traced light has learned from
+
 LONGEST_AXIS, COARSE = 64, 32  # nodes along the longest axis of a light's grid, usual and coarse
 
 NOTHING = np.empty((0, 0, 0), dtype=np.float32)
@@ -86,6 +92,7 @@ class SoftLight(NamedTuple):
     opacities: Floats  # the opacity TF's 256 samples
     part: ShownPart = WHOLE_PART  # what is not shown casts no shadow
     blur: float = 0.0  # share of each of two neighbours in the light at a node, along each axis
+    shadow: float = 1.0  # see :data:`SHADOW`
 
     def blurred(self, light: NDArray[np.floating]) -> NDArray[np.floating]:
         """Blur light at nodes (..., nz, ny, nx); this is its own adjoint.
@@ -147,7 +154,7 @@ class Illumination:
         """Compute the change of the light at each node per unit of edits (n, 256)."""
         is_below = self._received(soft) < 1
         slopes = np.zeros((TF_SAMPLES + 1, len(edits)), dtype=np.float32)
-        slopes[:TF_SAMPLES] = (edits * self._extinction_slopes(soft.opacities)).T
+        slopes[:TF_SAMPLES] = (edits * self._extinction_slopes(soft)).T
         moved = self._averages(slopes)
         changes = np.zeros_like(moved)
         for share, direction in self._lights(soft.travel):
@@ -186,7 +193,7 @@ class Illumination:
             return table
 
         table = np.sum(list(self._executor.map(gather, range(len(self._levels)))), axis=0)
-        return np.asarray(table[:TF_SAMPLES] * self._extinction_slopes(soft.opacities))
+        return np.asarray(table[:TF_SAMPLES] * self._extinction_slopes(soft))
 
     def _as_grid(self, values: Floats, dim: float = 1.0) -> LightGrid:
         nz, ny, nx = self.shape
@@ -197,7 +204,7 @@ class Illumination:
         scene = soft.opacities.tobytes(), soft.part
         self._part, known = soft.part, self._lit.pop(scene, None)
         if known is None:
-            self._extinction = self._mean_extinction(soft.opacities)
+            self._extinction = self._mean_extinction(soft)
             ambient = np.mean(list(self._executor.map(self._sweep, AROUND)), axis=0)
         else:
             self._extinction, ambient = known
@@ -209,18 +216,18 @@ class Illumination:
         """Strength and direction of each light, of which what is received is the sum."""
         return [(DISTANT, travel), *((AMBIENT / len(AROUND), direction) for direction in AROUND)]
 
-    def _extinction_slopes(self, opacities: Floats) -> NDArray[np.float64]:
+    def _extinction_slopes(self, soft: SoftLight) -> NDArray[np.float64]:
         """Derivative of the extinction per world length by the TF's opacity, at each bin."""
-        opacity = opacities.astype(np.float64)
-        slopes = 1 / np.maximum(1 - opacity, 1 - NEARLY_OPAQUE) / self._volume.voxel_size
+        opacity = soft.opacities.astype(np.float64)
+        slopes = soft.shadow / np.maximum(1 - opacity, 1 - NEARLY_OPAQUE) / self._volume.voxel_size
         return np.where(opacity < NEARLY_OPAQUE, slopes, 0)
 
-    def _mean_extinction(self, opacities: Floats) -> Floats:
+    def _mean_extinction(self, soft: SoftLight) -> Floats:
         """Mean extinction per world length around each grid node."""
-        opacity = np.minimum(opacities.astype(np.float64), NEARLY_OPAQUE)
+        opacity = np.minimum(soft.opacities.astype(np.float64), NEARLY_OPAQUE)
         # One more, of missing voxels.
         table = np.zeros((TF_SAMPLES + 1, 1), dtype=np.float32)
-        table[:TF_SAMPLES, 0] = -np.log1p(-opacity) / self._volume.voxel_size
+        table[:TF_SAMPLES, 0] = -soft.shadow * np.log1p(-opacity) / self._volume.voxel_size
         (extinction,) = self._averages(table)
         return np.asarray(extinction)
 

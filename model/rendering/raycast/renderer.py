@@ -30,6 +30,7 @@ from model.rendering.raycast.classification import (
 from model.rendering.raycast.illumination import (
     COARSE,
     LONGEST_AXIS,
+    SHADOW,
     Illumination,
     SoftLight,
     gradient_light,
@@ -124,8 +125,8 @@ class RaycastRenderer:
     """Renders one volume under no, direct or soft light, on CPU threads.
 
     The light is that of inputs without one. Distances between samples are in voxels; there is a
-    thread per processor by default. `skip_empty` and `terminate_early` can be switched off for
-    measurements.
+    thread per processor by default. `shadow` is the share of extinction that attenuates soft light.
+    `skip_empty` and `terminate_early` can be switched off for measurements.
     """
 
     def __init__(
@@ -136,6 +137,7 @@ class RaycastRenderer:
         sample_distance: float = 0.5,
         *,
         threads: int | None = None,
+        shadow: float = SHADOW,
     ) -> None:
         if lighting == "path":
             raise RenderError(
@@ -147,6 +149,7 @@ class RaycastRenderer:
         self._go_on: Callable[[], object] = lambda: None
         self._volume = volume
         self._lighting, self._default = lighting, light or LightDirection()
+        self._shadow = shadow
         threads = threads or processors()
         self._executor = ThreadPoolExecutor(threads, thread_name_prefix="raycast")
         self._voxels = KernelVoxels(volume, self._executor)
@@ -482,4 +485,5 @@ class RaycastRenderer:
         travel = travel_direction(inputs.view, inputs.light or self._default)
         opacities = inputs.opacity_tf.sample(self._volume.scalar_range)
         # Half of a normal's: at nodes, these are a cubic B-spline's shares.
-        return SoftLight(travel, opacities, inputs.part, self._blur(inputs, raster) / 2)
+        blur = self._blur(inputs, raster) / 2
+        return SoftLight(travel, opacities, inputs.part, blur, self._shadow)
