@@ -87,7 +87,6 @@ class CaptionButton(QToolButton):
             self._paint_arrow(painter, QColor(colors.dim), right - ARROW)
             right -= ARROW + GAP
         self._paint_words(painter, colors, right)
-        painter.end()
 
     def _paint_words(self, painter: QPainter, colors: theme.Colors, right: int) -> None:
         left, height = PADDING, self.height()

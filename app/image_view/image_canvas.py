@@ -227,7 +227,6 @@ class ImageCanvas(KeyedWidget):
             painter.setPen(QPen(QColor(theme.ON_IMAGE.change), 1))
             painter.drawRect(self.rect().adjusted(0, 0, -1, -1))
         self._paint_ring(painter)
-        painter.end()
 
     def _paint_picture(self, painter: QPainter, of: ImageCanvas) -> None:
         """Paint a canvas's cover or image at the place of this one's image."""

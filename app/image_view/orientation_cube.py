@@ -164,7 +164,6 @@ class OrientationCube(QWidget):
             painter.setFont(font)
             painter.setTransform(transform)
             painter.drawText(square, Qt.AlignmentFlag.AlignCenter, face.label)
-        painter.end()
 
     def follow(self) -> None:
         """Show the state's view, unless the cube lies over the other image."""

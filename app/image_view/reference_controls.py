@@ -238,4 +238,3 @@ class LightBall(QWidget):
         painter.setPen(QColor(theme.DIM if self.isEnabled() else theme.DISABLED))
         painter.setBrush(shade)
         painter.drawEllipse(middle, radius, radius)
-        painter.end()

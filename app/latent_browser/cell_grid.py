@@ -119,7 +119,6 @@ class CellGrid(KeyedWidget):
             whole = self.cell_rect(0).united(self.cell_rect(CELLS**2 - 1)).toRect()
             paint_progress(painter, whole, max(self.progress, LEAST_PROGRESS))
         self._paint_ring(painter)
-        painter.end()
 
     def _paint_caption(self, painter: QPainter, rect: QRectF, text: str) -> None:
         usual = painter.font()

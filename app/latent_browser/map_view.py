@@ -88,7 +88,6 @@ class MapView(KeyedWidget):
             flags = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap
             text = self.message or self.note
             painter.drawText(self.rect().adjusted(20, 20, -20, -20), flags, text)
-            painter.end()
             return
         painter.setClipRect(self.rect())
         if self._points is None:
@@ -106,7 +105,6 @@ class MapView(KeyedWidget):
         self._paint_ring(painter)
         if self.note:
             marks.paint_note(painter, frame, self.note)
-        painter.end()
 
     def resizeEvent(self, _event: QResizeEvent) -> None:
         """Keep the middle of the map where it is."""

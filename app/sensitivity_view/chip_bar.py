@@ -38,8 +38,8 @@ class Chip(QToolButton):
     ) -> None:
         super().__init__()
         self._form = form
-        self._is_on = True
-        self.caption = name  # its text, even if there is no room for it
+        self.caption, self.is_on = name, True
+        self.is_folded = False  # whether the colour is shown without the text
         if switch is not None:
             self.setCheckable(True)
             self.clicked.connect(lambda on: switch(on))
@@ -47,42 +47,28 @@ class Chip(QToolButton):
         named(self, name, tip)
         self.setFixedHeight(24)
         self.setIconSize(_ICON)
-        self.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
-        self.set_caption(name)
-
-    def set_caption(self, text: str) -> None:
-        """Set the text."""
-        self.caption = text
-        self.set_folded(self.toolButtonStyle() == Qt.ToolButtonStyle.ToolButtonIconOnly)
-
-    def set_folded(self, folded: bool) -> None:
-        """Show the colour alone, or with the text."""
-        style = Qt.ToolButtonStyle
-        self.setToolButtonStyle(
-            style.ToolButtonIconOnly if folded else style.ToolButtonTextBesideIcon
-        )
-        self.setText(f" {self.caption}")
-        self._draw()
+        self.refresh()
 
     def sizeHint(self) -> QSize:
         """Return the size of colour and text; Qt's style would add unused space."""
         hint = super().sizeHint()
-        if self.toolButtonStyle() == Qt.ToolButtonStyle.ToolButtonIconOnly:
+        if self.is_folded:
             return hint
         text = self.fontMetrics().horizontalAdvance(self.text())
         return QSize(min(_ICON.width() + text + AROUND, hint.width()), hint.height())
 
-    def set_on(self, on: bool) -> None:
-        """Show whether the layer is on."""
-        self._is_on = on
-        self.setProperty("off", not on)
+    def refresh(self) -> None:
+        """Show its text, whether the layer is on, and its colour in the present theme."""
+        style = Qt.ToolButtonStyle
+        self.setToolButtonStyle(
+            style.ToolButtonIconOnly if self.is_folded else style.ToolButtonTextBesideIcon
+        )
+        self.setText(f" {self.caption}")
+        self.setProperty("off", not self.is_on)
         self.style().unpolish(self)
         self.style().polish(self)
         if self.isCheckable():
-            self.setChecked(on)
-        self._draw()
-
-    def _draw(self) -> None:
+            self.setChecked(self.is_on)
         colors = {"visible": theme.VISIBLE, "voxels": theme.DISABLED}
         color = QColor(colors.get(self._form, theme.CHANGE))
         ratio = self.devicePixelRatioF()
@@ -91,7 +77,7 @@ class Chip(QToolButton):
         picture.fill(Qt.GlobalColor.transparent)
         painter = QPainter(picture)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        if not self._is_on:
+        if not self.is_on:
             painter.setOpacity(0.45)
         pen = QPen(color, 1)
         if self._form == "change":
@@ -100,7 +86,7 @@ class Chip(QToolButton):
             if self._form == "region":
                 pen.setWidthF(1.4)
                 pen.setDashPattern([2, 1.4])
-            elif self._is_on:
+            elif self.is_on:
                 painter.setBrush(color)
             painter.setPen(pen)
             painter.drawRoundedRect(QRectF(1, 1.5, 12, 9), 2, 2)
@@ -232,14 +218,16 @@ class ChipBar(QWidget):
         """Show the present choices."""
         choices, name = self._state.choices, self._state.region_name
         short = name if len(name) <= 20 else f"{name[:19]}…"
-        self.region.set_caption(f"{short} ▾")
+        self.region.caption = f"{short} ▾"
         self.region.setAccessibleName(f"Region: {name}")
         self.region.setEnabled(choices.shown)
-        self.change.set_on(self._state.shows_curve)
-        self.visible.set_on(choices.shown and choices.visible)
-        self.voxels.set_on(self._histogram.curve.isVisible())
+        self.change.is_on = self._state.shows_curve
+        self.visible.is_on = choices.shown and choices.visible
+        self.voxels.is_on = self._histogram.curve.isVisible()
+        for chip in (self.region, self.change, self.visible, self.voxels):
+            chip.refresh()
         self.lock.setChecked(choices.locked)
-        self._folded_voxels.setChecked(self._histogram.curve.isVisible())
+        self._folded_voxels.setChecked(self.voxels.is_on)
         self._measures[choices.measure].setChecked(True)
         self._engines[choices.engine].setChecked(True)
 
@@ -253,7 +241,8 @@ class ChipBar(QWidget):
         self.voxels.setVisible(not is_narrow)
         self._folded_voxels.setVisible(is_narrow)
         for chip in (self.region, self.change, self.visible):
-            chip.set_folded(is_narrow and has_panel)
+            chip.is_folded = is_narrow and has_panel
+            chip.refresh()
 
     def _show_voxels(self, on: bool) -> None:
         self._histogram.curve.setVisible(on)

@@ -81,7 +81,6 @@ class SensitivityState(QObject):
         self.tool: Tool | None = None
         self.dragging = False
         self.count = 0  # number of the last region that was numbered
-        self._series: object = None
 
     @property
     def outline(self) -> Outline:
@@ -212,14 +211,13 @@ class SensitivityState(QObject):
 
     def start_volume(
         self,
-        series: object,
+        is_next: bool,
         regions: tuple[NamedRegion, ...] = (),
         active: int | None = None,
         count: int = 0,
     ) -> None:
         """Take another volume's regions; a time step without regions keeps the present ones."""
-        before, self._series = self._series, series
-        if regions or series != before:
+        if regions or not is_next:
             had_any, self.regions, self.count = bool(self.regions), regions, count
             if had_any or regions:
                 self.activate(active)

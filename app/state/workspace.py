@@ -94,7 +94,7 @@ class Workspace(QObject):
         self.opened: OpenedVolume | None = None
         self.pieces = PieceFinder(self.sensitivity, lambda: self.model.volume, self.news.emit, self)
         self._kept = ""  # fingerprint of the volume whose memory is kept
-        self._is_restored = False
+        self.is_next = self._is_restored = False  # the next time step of a series
         self._connect()
 
     def _connect(self) -> None:
@@ -209,8 +209,8 @@ class Workspace(QObject):
         sample = sample_of(volume)
         before, self.opened = self.opened, opened
         self.model.opened = opened
-        is_next = before is not None and before.volume.series == volume.series
-        memory = self._start_memory(opened, is_next)
+        self.is_next = before is not None and before.volume.series == volume.series
+        memory = self._start_memory(opened)
         self._is_restored = memory.tf is not None
         self.latent.session.start_volume(volume, opened.window)
         if folder != self.model.folder:
@@ -235,11 +235,11 @@ class Workspace(QObject):
         # After the engines are set: this requests the images.
         others, tf = vars(memory) | {"mask": opened.mask}, memory.tf
         tf_input = self._state.tf_input
-        if is_next and wanted.memory is None:
+        if self.is_next and wanted.memory is None:
             # The next time step keeps what is cut away, and B; whether these are labels, it says.
             kept = {name for name in self._state.edited if others[name] is None} - {"interpolates"}
             others |= {name: self._state.edited[name].value for name in kept}
-        if is_next and tf_input.compares and memory.tf_b is None:
+        if self.is_next and tf_input.compares and memory.tf_b is None:
             others |= {"compares": True, "tf_b": tf_input.of("B"), "look_b": tf_input.look}
             tf = tf or tf_input.of("A")
         self._state.start_volume(opened.default, tf, others, volume.file, volume.units)
@@ -285,15 +285,15 @@ class Workspace(QObject):
         say = self._clients.reference.wait if self.opened is None else self.news.emit
         say(text)
 
-    def _start_memory(self, opened: OpenedVolume, is_next: bool) -> VolumeMemory:
+    def _start_memory(self, opened: OpenedVolume) -> VolumeMemory:
         """Show regions and brightness of another volume, and keep its changes from now on."""
         self._kept = ""
         memory, asked = self._preferences.volume(opened.fingerprint), self._asked
         names = [region.name for region in memory.regions]
         active = names.index(memory.active_region) if memory.active_region in names else None
-        asked.start_volume(opened.volume.series, memory.regions, active, memory.region_count)
+        asked.start_volume(self.is_next, memory.regions, active, memory.region_count)
         brightness = self._state.brightness
-        if memory.brightness is not None or not is_next:
+        if memory.brightness is not None or not self.is_next:
             brightness.start(memory.brightness)
         self._kept = opened.fingerprint
         self.keep(brightness=brightness.value)

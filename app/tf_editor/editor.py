@@ -221,7 +221,6 @@ class DockSplitter(QSplitter):
         self.addWidget(images)
         self.addWidget(editor)
         self.setStretchFactor(0, 1)
-        self.setStretchFactor(1, 0)
         handle = self.handle(1)
         handle.installEventFilter(self)
         handle.setToolTip(
@@ -270,15 +269,13 @@ class PlotMemory(QObject):
         self._preferences = preferences
         self._fingerprint = ""
         self._opening = ""
-        self._series: object = None
         area.axisChanged.connect(self._note)
 
-    def start(self, opened: OpenedVolume) -> None:
+    def start(self, opened: OpenedVolume, is_next: bool) -> None:
         """Take another volume's scales before it is shown; the next time step keeps them."""
         self._fingerprint, self._opening = "", opened.fingerprint
-        before, self._series = self._series, opened.volume.series
         known = self._preferences.volume(opened.fingerprint)
-        if before == self._series and known.visible is None:
+        if is_next and known.visible is None:
             return
         self._area.set_scale(OpacityScale(known.opacity_scale == "logarithmic"))
         full, is_logarithmic = self._area.axis.full, known.value_scale == "logarithmic"

@@ -318,7 +318,7 @@ class MainWindow(WindowParts):
         self.crop_card.set_volume(volume.dimensions)
         for handles in self.crop_handles:
             handles.set_volume(volume.dimensions)
-        self.plot_memory.start(opened)
+        self.plot_memory.start(opened, self.workspace.is_next)
         self.editor.set_data(opened)
 
     def _start_volume(self) -> None:

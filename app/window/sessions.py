@@ -200,7 +200,7 @@ class Sessions(QObject):
             context.state.start_light(memory.light)
         if not memory.regions:
             # The previous ones stay for another time step, and for the same volume.
-            context.sensitivity.start_volume(None, count=memory.region_count)
+            context.sensitivity.start_volume(False, count=memory.region_count)
         context.sensitivity.choose(**vars(content.sensitivity))
         if content.band is not None:
             context.sensitivity.keep(*sorted(content.band))

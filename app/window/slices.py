@@ -86,9 +86,9 @@ class Slices(QObject):
 
     def start_volume(self, opened: OpenedVolume) -> None:
         """Show another volume, with its remembered cross-hair and slices."""
-        known, before = self._context.preferences.volume(opened.fingerprint), self.state.volume
-        is_next = before is not None and before.series == opened.volume.series
-        self.state.place = known.cross_hair or (self.state.place if is_next else MIDDLE)
+        known = self._context.preferences.volume(opened.fingerprint)
+        usual = self.state.place if self._context.workspace.is_next else MIDDLE
+        self.state.place = known.cross_hair or usual
         self._show_volume(opened, known.slice_colors, known.gray_window)
         self._set_shown(self._context.preferences.settings.slices)
         self._context.update_images()
@@ -134,7 +134,6 @@ class Slices(QObject):
         column = SlicesColumn(self.state, self._resize)
         column.hide()
         self._row.addWidget(column)
-        self._row.setStretchFactor(1, 0)
         self._row.splitterMoved.connect(self._keep_width)
         self._mark = pg.InfiniteLine(pen=pg.mkPen(theme.VISIBLE, width=1.5))
         self._mark.setZValue(60)

@@ -37,12 +37,10 @@ class StatusLine(QStatusBar):
         self.setContentsMargins(8, 0, 8, 0)
         self._news = ElidedLabel()
         self._keys = QLabel(textFormat=Qt.TextFormat.RichText)
-        self._keys.setMinimumWidth(0)
         self._left = QStackedWidget()
         for each in (self._keys, self._news):
             each.setSizePolicy(self._news.sizePolicy())
             self._left.addWidget(each)
-        self._left.setMinimumWidth(0)
         self._left.setSizePolicy(self._news.sizePolicy())
         self.view = label("", "dim")
         self.view.setToolTip(

@@ -88,7 +88,7 @@ def test_a_region_opens_the_panel_and_escape_closes_both(qtbot, window):
     # Regions of a volume that is opened again open no panel.
     state.add_region(Outline.rectangle(0.2, 0.2, 0.4, 0.4))
     window.sensitivity_state.open_panel(False)
-    state.start_volume(object(), state.regions, 0, 1)
+    state.start_volume(False, state.regions, 0, 1)
     assert state.active == 0 and window.sensitivity.findings.isHidden()
 
 
