@@ -49,10 +49,21 @@ class Piece:
 def pieces_under(
     volume: Volume, inputs: SceneInputs, at: tuple[float, float], listed: Sequence[Range] = ()
 ) -> tuple[Piece, ...]:
-    """Return the pieces at the point that adds most to a pixel; see :func:`pieces_at`."""
+    """Return the pieces at the point that adds most to a pixel; see :func:`pieces_at`.
+
+    It is sought among those with values of the first listed band that the pixel shows.
+    """
     points, adds = places_along(volume, inputs, at)
-    found = adds.sum() >= VISIBLE
-    return pieces_at(volume, inputs, points[adds.argmax()], listed) if found else ()
+    if adds.sum() < VISIBLE:
+        return ()
+    (lo, hi), values = volume.scalar_range, values_at(volume, points, inputs.is_nearest(volume))
+    half = (hi - lo) / LAST / 2
+    for low, high in listed:
+        own = np.where((values >= low - half) & (values <= high + half), adds, 0)
+        if own.any():
+            adds = own
+            break
+    return pieces_at(volume, inputs, points[adds.argmax()], listed)
 
 
 def pieces_at(

@@ -5,14 +5,14 @@ import pytest
 
 from model.errors import TfscopeError
 from model.rendering import pieces
-from model.rendering.pieces import pieces_at
+from model.rendering.pieces import pieces_at, pieces_under
 from model.rendering.scale_bar import volume_text
 from model.scene.clip_plane import ClipPlane
 from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs
 from model.scene.mask import Mask
 from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF
-from model.scene.view import View
+from model.scene.view import Projection, View
 from model.scene.volume import FileFacts, Volume
 
 RANGE = (0.0, 255.0)
@@ -105,6 +105,14 @@ def test_a_listed_band_has_a_piece_unless_it_is_the_skin_of_a_peak():
     thin.voxels[4, 4, 7] = thin.voxels[4, 5, 7] = 140
     found = pieces_at(thin, inputs(), at(4, 4, 7), [(135.0, 145.0)])
     assert found[1].count == 6**3 - 3**3 and found[1].values[0] < 100
+
+
+def test_under_a_pixel_the_first_listed_band_is_meant():
+    # The ray meets the block's rim, then its core.
+    ((right, up),) = Projection(View(), volume().proportions).places(at(4, 4, 4)[None])
+    for named, count in (((90.0, 110.0), 6**3 - 3**3), ((210.0, 230.0), 3**3)):
+        _, piece = pieces_under(volume(), inputs(), (right, up), [named, (90.0, 230.0)])
+        assert piece.count == count and piece.values == pytest.approx(named, abs=0.5)
 
 
 @pytest.mark.parametrize("edge", [20, 21])
