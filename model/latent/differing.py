@@ -12,25 +12,13 @@ if TYPE_CHECKING:
     from model.latent.tiny_pictures import Overview
 
 DIFFERING = 16  # number of TFs that differ most
+TYPICAL = 1000  # number of random TFs; rarer kinds are shown only where these are alike
+CANDIDATES = 32  # number of TFs, each far from the others, that the 16 are chosen from
 
-COMPONENTS, CLUSTERS = 20, 40
-"""Principal components by which pictures are compared, and number of groups (k-means)."""
+DIFFERENT = 0.05
+"""Root mean square difference, in [0, 1], of two coarse pictures that look different."""
 
-SETTLED = 1.0
-"""Change of the pictures' mean distance from their groups' centers that ends the search."""
-
-LEAST_GROUP = 0.006  # least share of the pictures in a group; smaller groups are left out
-
-NEARNESS = 1.5
-"""Power of squared distances by which pictures repel each other: near pairs count far more."""
-
-DIFFERENT = 0.065
-"""Root mean square difference of two tiny pictures whose larger ones look different."""
-
-_SAMPLED = 300
-"""Pictures that span the components: on a busy machine, twice as many take ten times as long."""
-
-_PART = 500  # pictures whose components are computed at a time
+NEARNESS = 10  # weight of the logarithm by which pairs are nearer; other differences are below 1
 
 
 def most_different(overview: Overview, wanted: NDArray[np.bool_]) -> NDArray[np.int64]:
@@ -44,89 +32,72 @@ def most_different(overview: Overview, wanted: NDArray[np.bool_]) -> NDArray[np.
         found = np.flatnonzero(wanted & ~overview.is_empty)
     if len(found) <= DIFFERING:
         return found
-    places = _principal_components(overview.pictures[found].reshape(len(found), -1))
-    typical = _medoids(places)
-    least = (255 * DIFFERENT) ** 2 * overview.pictures[0].size
-    chosen = _far_apart(places, typical[:1], typical, least)
-    # If too few typical ones differ, rare ones are added; if all are alike, one more than once.
-    chosen = np.unique(_far_apart(places, chosen, np.arange(len(places)), 0))
-    # The farthest ones alone are not far from the next ones.
-    chosen = _spread(places, chosen, typical)
-    return found[chosen[_on_a_square(places[chosen])]]
+    # The map's TFs are random, in no order.
+    for some in (found[:TYPICAL], found):
+        pictures = _coarse(overview.pictures[some])
+        far = _far_apart(pictures.reshape(len(some), -1))
+        if len(far) > DIFFERING:
+            far, all_differ = _spread(pictures, far)
+            if all_differ:
+                break
+    return some[far]
 
 
-def _principal_components(pictures: NDArray[np.uint8]) -> NDArray[np.float32]:
-    """Places (n, 20) of pictures (n, numbers) along the axes on which they differ most."""
-    from scipy.sparse.linalg import eigsh
-
-    known = pictures[:: max(len(pictures) // _SAMPLED, 1)].astype(np.float32)
-    known -= known.mean(axis=0)
-    # By their products, of which there are fewer than of all pixels.
-    count, begin = min(COMPONENTS, len(known) - 1), np.random.default_rng(0).random(len(known))
-    # A little more, as it fails without any differences.
-    products = known @ known.T + np.eye(len(known), dtype=np.float32)
-    lengths, turns = eigsh(products, count, v0=begin.astype(np.float32))
-    axes = (known.T @ (turns / np.sqrt(np.maximum(lengths, 1e-3))))[:, ::-1]
-    parts = np.array_split(pictures, len(pictures) // _PART + 1)
-    return np.concatenate([part.astype(np.float32) @ axes for part in parts])
+def _coarse(pictures: NDArray[np.uint8]) -> NDArray[np.float32]:
+    """Means of 2 x 2 pixels of square pictures (n, pixels, 3): less noise, and faster."""
+    half = int(np.sqrt(pictures.shape[1])) // 2
+    squares = pictures.reshape(-1, half, 2, half, 2, 3)
+    coarse = squares[:, :, 0, :, 0].astype(np.float32)
+    for y, x in ((0, 1), (1, 0), (1, 1)):
+        coarse += squares[:, :, y, :, x]
+    coarse /= 4 * 255
+    return coarse.reshape(len(pictures), half**2, 3)
 
 
-def _medoids(places: NDArray[np.float32]) -> NDArray[np.int64]:
-    """Return the most typical members of groups of near places (k-means), largest groups first.
-
-    Small groups are left out.
-    """
-    from scipy.cluster.vq import kmeans, vq
-
-    first = places[np.random.default_rng(0).permutation(len(places))[:CLUSTERS]]
-    centers, _error = kmeans(places, first, thresh=SETTLED)
-    group, distances = vq(places, centers)
-    sizes = np.bincount(group, minlength=len(centers))
-    large = max((sizes >= LEAST_GROUP * len(places)).sum(), DIFFERING)
-    members = [np.flatnonzero(group == number) for number in np.argsort(-sizes)[:large]]
-    return np.array([m[distances[m].argmin()] for m in members if len(m)])
-
-
-def _distances(a: NDArray[np.float32], b: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Squared distances (n, m) of places (n, d) and (m, d)."""
-    return (a * a).sum(axis=1)[:, None] + (b * b).sum(axis=1) - 2 * a @ b.T
-
-
-def _far_apart(
-    places: NDArray[np.float32], first: NDArray[np.int64], among: NDArray[np.int64], least: float
-) -> NDArray[np.int64]:
-    """Add other places that are farthest from all, and so far at least, to :data:`DIFFERING`."""
-    chosen = first
-    while len(chosen) < DIFFERING:
-        apart = _distances(places[among], places[chosen]).min(axis=1)
-        if apart.max() < least:
-            break
-        chosen = np.append(chosen, among[apart.argmax()])
-    return chosen
+def _far_apart(places: NDArray[np.float32]) -> NDArray[np.int64]:
+    """Return the place nearest to the mean, and others, each the farthest from all before."""
+    squares = np.square(places).sum(axis=1)
+    chosen = [(squares - 2 * places @ places.mean(axis=0)).argmin()]
+    apart = np.full(len(places), np.inf, np.float32)
+    while True:
+        last = chosen[-1]
+        apart = np.minimum(apart, squares + squares[last] - 2 * places @ places[last])
+        # Pictures that differ by less than one of 255 levels are the same.
+        if len(chosen) == CANDIDATES or apart.max() < places.shape[1] / 255**2:
+            return np.array(chosen)
+        chosen.append(apart.argmax())
 
 
 def _spread(
-    places: NDArray[np.float32], chosen: NDArray[np.int64], among: NDArray[np.int64]
-) -> NDArray[np.int64]:
-    """Exchange chosen places, one by one, for others at which all repel each other less."""
-    known, now = np.append(chosen, among), np.arange(len(chosen))
-    apart = np.maximum(_distances(places[known], places[known]), 1).astype(np.float64)
-    forces = apart**-NEARNESS
-    np.fill_diagonal(forces, 0)
+    pictures: NDArray[np.float32], among: NDArray[np.int64]
+) -> tuple[NDArray[np.int64], bool]:
+    """Choose 16 pictures of which all pairs look different, as much as can be.
+
+    The first 16 are exchanged for others while the sum of differences grows. Of the difference of
+    two pixels the square root counts: to the eye, few that differ much are less than many that
+    differ. Returns them row by row of a square, and whether all pairs look different.
+    """
+    known = pictures[among]
+    apart = np.array([np.linalg.norm(known - each, axis=2) for each in known])
+    apart[np.diag_indices(len(apart))] = 1
+    near = np.log(np.minimum(np.sqrt(np.square(apart).mean(axis=2) / 3) / DIFFERENT, 1))
+    values = np.sqrt(apart).mean(axis=2) + NEARNESS * near
+    np.fill_diagonal(values, 0)
+    now = np.arange(DIFFERING)
     while True:
-        sums = forces[:, now].sum(axis=1)
-        gains = sums[now] - sums[:, None] + forces[:, now]
+        sums = values[:, now].sum(axis=1)
+        gains = sums[:, None] - values[:, now] - sums[now]
         gains[now] = 0
         new, old = np.unravel_index(gains.argmax(), gains.shape)
-        if gains[new, old] <= 1e-6 * sums[now].sum():
-            return known[now]
+        if gains[new, old] <= 1e-4:
+            break
         now[old] = new
+    return among[now[_on_a_square(known[now])]], not near[np.ix_(now, now)].any()
 
 
-def _on_a_square(places: NDArray[np.float32]) -> NDArray[np.int64]:
-    """Order places on a square, row by row from the top: columns by the first axis, then up."""
-    side = int(np.sqrt(DIFFERING))
-    columns = np.array_split(np.argsort(places[:, 0], kind="stable"), side)
-    lines = [column[np.argsort(-places[column, 1], kind="stable")] for column in columns]
-    longest = max(map(len, lines))
-    return np.array([line[row] for row in range(longest) for line in lines if row < len(line)])
+def _on_a_square(pictures: NDArray[np.float32]) -> NDArray[np.int64]:
+    """Order 16 pictures row by row: columns by their first principal component, then up."""
+    rows = pictures.reshape(DIFFERING, -1)
+    first, second = np.linalg.svd(rows - rows.mean(axis=0), full_matrices=False)[0].T[:2]
+    columns = first.argsort(kind="stable").reshape(4, 4)
+    return np.array([column[second[column].argsort()] for column in columns]).T.ravel()

@@ -39,16 +39,17 @@ def test_the_most_different_are_one_of_each_kind():
         assert len(most_different(shown(alike), np.ones(len(alike), bool))) == few
 
 
-def test_no_exchange_moves_the_most_different_further_apart(monkeypatch):
-    """Of 20 plain colours, by the sum of the pairs' inverse cubed distances."""
-    monkeypatch.setattr(differing, "CLUSTERS", 300)  # each colour is found
-    colors = np.random.default_rng(0).integers(0, 256, (20, 3)).astype(np.uint8)
-    pictures = np.repeat(np.repeat(colors, 80, axis=0)[:, None], 64, axis=1)
-    chosen = set(most_different(shown(pictures), np.ones(1600, bool)) // 80)
-    apart = np.linalg.norm(colors[:, None].astype(float) - colors, axis=2)
+def test_no_exchange_makes_the_most_different_differ_more():
+    """Of 30 plain colours, by the sum of differences; those of near pairs count more."""
+    colors = np.random.default_rng(0).integers(0, 256, (30, 3)).astype(np.uint8)
+    pictures = np.repeat(np.tile(colors, (40, 1))[:, None], 64, axis=1)
+    chosen = set(most_different(shown(pictures), np.ones(1200, bool)) % 30)
+    apart = np.linalg.norm(colors[:, None].astype(float) - colors, axis=2) / 255
 
-    def repulsion(kinds):
-        return sum(apart[a, b] ** -3 for a, b in combinations(sorted(kinds), 2))
+    def total(kinds):
+        pairs = np.array([apart[pair] for pair in combinations(sorted(kinds), 2)])
+        nearer = np.minimum(pairs / 3**0.5 / differing.DIFFERENT, 1)
+        return np.sum(pairs**0.5 + differing.NEARNESS * np.log(nearer))
 
-    best = min(repulsion(chosen - {old} | {new}) for old in chosen for new in {*range(20)} - chosen)
-    assert len(chosen) == 16 and repulsion(chosen) <= best
+    best = max(total(chosen - {old} | {new}) for old in chosen for new in {*range(30)} - chosen)
+    assert len(chosen) == 16 and total(chosen) >= best - 1e-3
