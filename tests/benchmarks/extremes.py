@@ -13,7 +13,7 @@ from scipy.ndimage import gaussian_filter
 from app.cli.console import console, counting
 from model.errors import TfscopeError
 from model.rendering.path_tracing.renderer import Lamp, PathTracer
-from model.rendering.raster import Raster
+from model.rendering.raster import Raster, blur_of
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.rendering.renderer import open_renderer
 from model.scene.crop import LEAST_LENGTH, CropBox
@@ -50,6 +50,7 @@ def main(arguments=None):
     with counting("extremes", len(chosen)) as show:
         for number, (names, pose) in enumerate(chosen.items(), 1):
             scene = pose()
+            reference_light.BLUR = blur_of(scene.inputs.view, scene.volume, scene.raster)
             for columns, table in zip(TABLES, tables, strict=True):
                 table.append((*names, *(_found(way, scene) for way in columns.values())))
             show(number)
