@@ -34,7 +34,6 @@ def store(volume, scene, tmp_path_factory):
     for split in SPLITS:
         for block in store.missing_blocks(split):
             store.write_block(split, block, render_samples(renderer, scene, 7, split, block))
-    renderer.close()
     return store
 
 

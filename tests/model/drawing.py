@@ -26,12 +26,8 @@ def slab(shape=(33, 9, 33)):
 
 
 def drawn(kind, volume, inputs, size, *options, **more):
-    """Draw one picture by a renderer of a kind, and close it."""
-    renderer = kind(volume, *options, **more)
-    try:
-        return renderer.render(inputs, size)
-    finally:
-        renderer.close()
+    """Draw one picture by a renderer of a kind."""
+    return kind(volume, *options, **more).render(inputs, size)
 
 
 def image_of(kind, volume, view=VIEW, opacity_tf=MODES, color_tf=RAINBOW, size=64, **options):

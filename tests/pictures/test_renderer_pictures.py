@@ -246,7 +246,6 @@ def test_a_renderer_draws_what_is_stored(name, kind, regenerates):
     volume = volume_of(scene.volume)
     renderer = open_renderer(kind, volume, scene.lighting, sample_distance=scene.step)
     drawn = side_by_side(renderer.render(scene.inputs, scene.raster))
-    renderer.close()
     if regenerates and kind == "raycast":
         iio.imwrite(STORED / f"{name}.png", drawn, optimize=True)
     check(name, drawn, TOLERANCES[kind][scene.lighting], kind)

@@ -71,7 +71,6 @@ def test_renderers_draw_what_they_draw_by_themselves(
     renderer = kind(read_volume(raw_file))
     inputs = SceneInputs.of(View(30, 20, 5, 0.8), TransferFunction.load(tf_file))
     np.testing.assert_array_equal(image, renderer.render(inputs, 48, step))
-    renderer.close()
 
 
 def test_the_sensitivity_of_a_region_predicts_an_edit(raw_file, tf_file, tmp_path):

@@ -136,7 +136,6 @@ def test_all_of_a_session_is_drawn(session, tmp_path):
     renderer = RaycastRenderer(volume.over(tf.scalar_range, tf.scale), "direct", LIGHT)
     mask = mask_for(volume)
     expected = renderer.render(SceneInputs.of(VIEW, tf, light=LIGHT, crop=CROP, mask=mask), 48)
-    renderer.close()
     image = drawn(session, tmp_path / "image.npy")
     assert image[..., 3].max() > 0.1
     np.testing.assert_allclose(image, expected, atol=1e-6)

@@ -259,7 +259,6 @@ def test_the_ray_caster_gives_up_anywhere(asked):
         list(getattr(engine, asked)(request, Watch(lambda: next(answers) < 2)))
     # What comes next is not given up.
     list(getattr(engine, asked)(request))
-    engine.close()
 
 
 def traced(engine, size, samples):
@@ -353,7 +352,6 @@ def test_small_pictures_at_rest_have_the_samples_of_large_ones(live, distance):
     inputs = make_request(1).inputs
     (image,) = engine.images(BatchRequest(inputs, Quality(24, live=live)))
     np.testing.assert_array_equal(image, renderer.render(inputs, 24, distance))
-    engine.close()
     engine = RendererEngine(Drawer(FakeRenderer(1e-7), 0.5))  # VTK, while kernels are compiled
     assert len(engine.images(BatchRequest(inputs, Quality(24, live=live)))) == 1
 
@@ -370,7 +368,6 @@ def test_where_layers_are_thinner_than_a_step_samples_become_denser_at_rest(widt
     np.testing.assert_array_equal(shown, truth)
     saved = engine.picture(PictureRequest(inputs, Quality(160)))
     np.testing.assert_array_equal(saved, np.rint(255 * truth))
-    engine.close()
 
 
 def test_small_path_traced_pictures_have_few_samples():
@@ -384,7 +381,6 @@ def test_small_path_traced_pictures_have_few_samples():
     for image, seen in zip(engine.images(request), (inputs, other), strict=True):
         tracer = PathTracer(byte_volume(), threads=1)
         np.testing.assert_allclose(image, tracer.render(seen, 24, samples=16), atol=1e-6)
-    engine.close()
 
 
 def test_path_traced_tiles_make_up_the_picture_that_is_traced_as_a_whole(monkeypatch):
@@ -405,7 +401,6 @@ def test_path_traced_tiles_make_up_the_picture_that_is_traced_as_a_whole(monkeyp
         np.testing.assert_allclose(picture / 255, right.rgba, atol=0.6 / 255)
         # Of each tile by its pixels; margins count for little.
         assert right.error / 1.2 < engine.image_error < 1.2 * right.error
-    engine.close()
 
 
 def test_a_picture_to_save_is_put_together_from_tiles():
@@ -440,7 +435,6 @@ def test_small_pictures_are_traced_where_that_is_wanted_and_there_is_time(monkey
     np.testing.assert_allclose(engine.images(wanted)[1], 0.1)
     assert len(built) == 1 and engine.images(wanted).shape == (2, 24, 24, 4)
     engine.close()
-    soft.close()
     assert built[0].closed
 
 
@@ -460,8 +454,6 @@ def test_under_path_traced_light_pictures_and_fields_are_soft_and_curves_unlit()
     for analyst, own in ((engine, soft), (fine, finer)):
         changes = own.change(inputs, 24, edit)
         np.testing.assert_allclose(analyst.value_sensitivity(field), changes, rtol=1e-4, atol=1e-6)
-    for each in (engine, fine, soft, finer, unlit):
-        each.close()
 
 
 VIEW = View(40, 20, 3, 1.0)

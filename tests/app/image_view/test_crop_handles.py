@@ -76,7 +76,6 @@ def test_handles_are_where_the_middles_of_faces_are_drawn(state, canvas, handles
     color = ColorTF((0.0, 1.0), ((0.0, 0.0, 0.0, 0.0), (1.0, 1.0, 1.0, 1.0)))
     renderer = RaycastRenderer(make_volume(), threads=1, sample_distance=0.1)
     image = renderer.render(SceneInputs(VIEW, opaque, color, crop=BOX), Raster(500, 320))
-    renderer.close()
     canvas.show_image(to_qimage(image))
     in_front = [handle for handle in handles.handles if not handle.is_behind]
     assert len(in_front) == 3

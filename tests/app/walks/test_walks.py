@@ -168,9 +168,7 @@ def test_the_last_of_the_ray_casters_pictures_is_the_best(
     qtbot, builders, make_window, monkeypatch
 ):
     # Kernels are there before a window waits for them.
-    renderer = RaycastRenderer(make_volume(), "direct")
-    renderer.render(SceneInputs.of(View(), make_tf()), 8)
-    renderer.close()
+    RaycastRenderer(make_volume(), "direct").render(SceneInputs.of(View(), make_tf()), 8)
     monkeypatch.setattr(builders, "reference", REAL_BUILDERS.reference)
     window = with_a_mode(qtbot, rested(qtbot, make_window))
     shown = watched(window)
@@ -186,13 +184,8 @@ def test_the_last_of_the_ray_casters_pictures_is_the_best(
     whole = window.workspace.reference.raster
     assert last.request.quality.pixels == whole
     settings = window.workspace.reference.settings
-    renderer = RaycastRenderer(
-        make_volume(), settings.lighting, sample_distance=settings.smooth_distance
-    )
-    try:
-        expected = renderer.render(newest, whole)
-    finally:
-        renderer.close()
+    renderer = RaycastRenderer(make_volume(), settings.lighting)
+    expected = renderer.render(newest, whole, settings.smooth_distance)
     np.testing.assert_allclose(last.value, expected, atol=1e-6)
     # The coarse ones came first.
     assert shown[0].request.quality.live

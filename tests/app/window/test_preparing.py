@@ -338,9 +338,7 @@ def real_reference(builders, monkeypatch):
     """Have the reference drawn in truth, with a graphics card, where soft light is too slow."""
     # Compiled before a window waits for it.
     for lighting in ("none", "direct", "soft"):
-        renderer = RaycastRenderer(make_volume(), lighting)
-        renderer.render(SceneInputs.of(View(), make_tf()), 8)
-        renderer.close()
+        RaycastRenderer(make_volume(), lighting).render(SceneInputs.of(View(), make_tf()), 8)
     monkeypatch.setattr(opengl, "opengl_name", lambda: "NVIDIA RTX A2000/PCIe/SSE2")
     monkeypatch.setattr(builders, "reference", REAL_BUILDERS.reference)
     monkeypatch.setattr(reference_choices, "slow_lights", lambda _seconds: frozenset({"soft"}))

@@ -49,7 +49,6 @@ def test_pictures_of_few_samples_are_finished_and_those_of_many_denoised(tmp_pat
         np.testing.assert_array_equal(picture.rgba[..., 3], traced.rgba[..., 3])
         assert (picture.rgba[picture.rgba[..., 3] == 0] == 0).all()
     close()
-    tracer.close()
 
 
 def test_where_a_part_is_missing_the_rest_cleans(tmp_path, monkeypatch):
@@ -71,15 +70,12 @@ def test_the_shipped_network_is_nearer_to_the_truth_than_the_denoiser():
         volume = read_volume(path)
         tf = default_transfer_function(volume)
         inputs = SceneInputs.of(View(140, 25, 0, 0.7), tf)
-        many, tracer = PathTracer(volume, seed=5), PathTracer(volume)
-        *_, exact = many.refine(inputs, 128, 128)
+        *_, exact = PathTracer(volume, seed=5).refine(inputs, 128, 128)
         cleaning, close = cleaning_of(volume)
         alone, shown = (
-            next(iter(RefiningRenderer(tracer, each).refined(inputs, 128, 1)))
+            next(iter(RefiningRenderer(PathTracer(volume), each).refined(inputs, 128, 1)))
             for each in (denoiser, cleaning)
         )
         errors = [np.square(each.rgba - exact.rgba).mean() for each in (alone, shown)]
         assert errors[1] < errors[0]
         close()
-        many.close()
-        tracer.close()

@@ -37,7 +37,6 @@ def test_mean_opacities_are_those_of_the_ray_caster(volume, view, crop):
     for opacities, mean in zip(tfs, means, strict=True):
         expected = renderer.render(with_opacity(inputs, opacities), 16)[..., 3].mean()
         assert mean == pytest.approx(expected, abs=0.005)
-    renderer.close()
 
 
 def test_empty_and_solid_images_are_found(volume):

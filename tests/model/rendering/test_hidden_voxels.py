@@ -120,10 +120,7 @@ def test_what_is_stored_where_nothing_was_measured_does_not_appear(name):
 def test_a_renderer_draws_with_one_mask_after_another_and_without(volume, name, lighting):
     given = [inputs(), inputs(half()), inputs(half(0)), inputs(half()), inputs()]
     renderer = open_renderer(name, volume, lighting)
-    try:
-        images = [renderer.render(each, SIZE) for each in given]
-    finally:
-        renderer.close()
+    images = [renderer.render(each, SIZE) for each in given]
     for each, image in zip(given, images, strict=True):
         expected = drawn(opened("raycast"), volume, each, SIZE, lighting)
         assert rms(image - expected) <= (0.01 if name == "vtk" else 0)

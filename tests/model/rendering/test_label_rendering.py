@@ -48,9 +48,7 @@ OPAQUE, CLEAR = tf_of([0, 1, 1, 1, 1, 1]), tf_of([0, 0.2, 0.05, 0.4, 0.1, 0.02])
 @pytest.mark.parametrize("type_", [np.uint8, np.int16, np.float32])
 def test_every_pixel_of_opaque_labels_has_the_color_of_one(type_, step):
     """Also of samples so close that other volumes are not read at each of them."""
-    renderer = RaycastRenderer(labels(type_))
-    image = renderer.render(SceneInputs.of(VIEW, OPAQUE), SIZE, step)
-    renderer.close()
+    image = RaycastRenderer(labels(type_)).render(SceneInputs.of(VIEW, OPAQUE), SIZE, step)
     assert np.isin(image[..., 3], (0.0, 1.0)).all()
     away = abs(image[..., None, :3] - COLORS.astype(np.float32)).max(axis=-1)
     assert away.min(axis=-1).max() < 1e-6
@@ -61,7 +59,6 @@ def test_every_path_begins_at_the_color_of_one_label():
     """Without gloss, light has the hue of the label it comes from."""
     tracer = PathTracer(labels(), lamp=Lamp(gloss=0.0))
     image = tracer.render(SceneInputs.of(VIEW, OPAQUE), SIZE, samples=4)
-    tracer.close()
     seen = image[image[..., :3].max(axis=-1) > 0.1][:, :3]
     assert len(seen) > 1000
     hues = COLORS[1:] / np.linalg.norm(COLORS[1:], axis=1, keepdims=True)
@@ -80,16 +77,13 @@ def test_images_are_those_of_vtk(lighting, tf):
         smooth = renderer.render(replace(inputs, interpolates=True), SIZE)
         images.append(renderer.render(inputs, SIZE))
         assert np.sqrt(np.mean((images[-1] - smooth) ** 2)) > 0.01
-        renderer.close()
     assert np.sqrt(np.mean((images[0] - images[1]) ** 2)) < 0.003
 
 
 @pytest.mark.parametrize("lighting", ["none", "direct", "soft"])
 def test_images_are_those_of_the_reference_in_64_bits(lighting):
     volume, inputs = labels(), SceneInputs.of(VIEW, CLEAR, light=LightDirection(-30.0, 40.0))
-    renderer = RaycastRenderer(volume, lighting)
-    found = renderer.render(inputs, 32)
-    renderer.close()
+    found = RaycastRenderer(volume, lighting).render(inputs, 32)
     expected = reference_light.picture(volume, inputs, 32, 0.5, lighting)
     assert math.sqrt(np.mean((found - expected) ** 2)) < 0.001
 
@@ -102,7 +96,6 @@ def test_what_is_visible_is_so_by_label():
     visible = renderer.visibility(inputs, SIZE, whole)
     assert np.flatnonzero(visible > 1e-9).tolist() == [50, 100, 150, 200, 250]
     assert visible.sum() == pytest.approx(renderer.render(inputs, SIZE)[..., 3].sum(), rel=1e-3)
-    renderer.close()
 
 
 def test_other_volumes_are_drawn_so_where_that_is_chosen():
@@ -114,5 +107,3 @@ def test_other_volumes_are_drawn_so_where_that_is_chosen():
     declared = RaycastRenderer(labels())
     np.testing.assert_array_equal(renderer.render(chosen, SIZE), declared.render(inputs, SIZE))
     assert abs(images[chosen] - images[inputs]).max() > 0.1
-    for each in (renderer, vtk, declared):
-        each.close()

@@ -21,9 +21,7 @@ SIZE = 32
 
 @pytest.fixture(scope="module", params=[VtkRenderer, RaycastRenderer])
 def renderer(request, volume):
-    made = request.param(volume)
-    yield made
-    made.close()
+    return request.param(volume)
 
 
 def assert_same(one, other):

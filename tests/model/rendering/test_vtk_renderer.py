@@ -62,7 +62,6 @@ def test_a_long_picture_shows_in_its_middle_what_a_square_one_does(volume):
         square = renderer.render(inputs, raster.shorter)
         assert square[..., 3].max() > 0.9
         np.testing.assert_allclose(middle, square, atol=2.5 * STEP)
-    renderer.close()
 
 
 FULL = (0.0, 255.0)
@@ -93,7 +92,6 @@ def test_a_volume_longer_than_the_drivers_textures(capfd):
     for _ in range(2):
         with pytest.raises(CannotDrawError, match="cannot draw noise on this machine"):
             vtk.render(FAINT, 24)
-    vtk.close()
     both = FallbackRenderer(volume)
     assert both.reason == ""
     np.testing.assert_array_equal(both.render(FAINT, 24), by_raycaster(volume))
@@ -107,7 +105,6 @@ def test_a_shader_that_does_not_compile(capfd):
     shader.AddFragmentShaderReplacement("g_skip = false;", False, "no(;", True)
     with pytest.raises(CannotDrawError, match="compile"):
         vtk.render(FAINT, 24)
-    vtk.close()
 
 
 def test_it_may_fail_later_as_when_the_context_is_lost(capfd, monkeypatch):
@@ -217,8 +214,6 @@ def errors(volume, samples, **options):
         expected = vtk.render(sample, LARGE)
         assert expected[..., 3].max() > 0.1
         found.append(np.sqrt(np.mean((ours.render(sample, LARGE) - expected) ** 2)))
-    ours.close()
-    vtk.close()
     return np.array(found)
 
 

@@ -37,9 +37,7 @@ def test_samples_are_what_the_sampler_and_the_renderer_say(store, scene, volume)
     opacity, color = sample.transfer_function.opacity, sample.transfer_function.color
     np.testing.assert_array_equal(stored.inputs["opacity_tf"][0], opacity.sample())
     np.testing.assert_array_equal(stored.inputs["color_tf"][0], color.sample())
-    renderer = make_renderer(volume, scene)
-    image = renderer.render(sample, scene.image_size)
-    renderer.close()
+    image = make_renderer(volume, scene).render(sample, scene.image_size)
     np.testing.assert_allclose(stored.rgba[0] / 255, image, atol=1e-6)
 
 

@@ -168,7 +168,6 @@ def test_a_wider_image_has_the_square_ones_answers_in_its_middle(raster):
         found, expected = answer(inputs, raster, beside), answer(panned, 24, moved)
         assert np.abs(expected).max() > 0
         np.testing.assert_allclose(found, expected, atol=2e-4 * np.abs(expected).max())
-    renderer.close()
 
 
 def test_the_parts_of_a_region_add_up():
@@ -186,7 +185,6 @@ def test_the_parts_of_a_region_add_up():
         np.testing.assert_allclose(
             np.sqrt(inside.astype(float) ** 2 + outside), whole, rtol=1e-4, atol=1e-7
         )
-    renderer.close()
 
 
 def block_norms(image, blocks):
@@ -209,7 +207,6 @@ def test_fields_hold_how_the_norm_of_each_block_changes(lighting):
     expected = (block_norms(image + h * change, 4) - block_norms(image - h * change, 4)) / (2 * h)
     ours = fields[..., round(255 * 0.5)]
     np.testing.assert_allclose(ours, expected, atol=2e-2 * np.abs(expected).max())
-    renderer.close()
 
 
 PART = slice(3, 13), slice(2, 11)
@@ -261,13 +258,10 @@ def by_level(monkeypatch):
 
 @pytest.fixture(scope="module")
 def renderers(volume):
-    every = {
+    return {
         lighting: RaycastRenderer(volume, lighting, LIGHT, threads=1)
         for lighting in ("none", "direct", "soft")
     }
-    yield every
-    for renderer in every.values():
-        renderer.close()
 
 
 @pytest.mark.parametrize(
@@ -349,4 +343,3 @@ def test_by_a_coarse_grid_of_light_all_derivatives_are_of_the_same_image(
     np.testing.assert_allclose(EDITS @ coarse, expected, rtol=1e-3)
     assert cosine(coarse, fine) < 0.99
     np.testing.assert_array_equal(region_sensitivity(renderer, inputs, SIZE, REGION), fine)
-    renderer.close()

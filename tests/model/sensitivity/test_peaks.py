@@ -54,7 +54,6 @@ def test_the_prediction_is_what_a_faint_mode_does():
     images = [renderer.render(i, SIZE)[..., :3].astype(float) for i in (before, after)]
     rmse = np.sqrt(np.mean((images[1] - images[0]) ** 2))
     assert best.predicted(height) == pytest.approx(rmse, rel=0.1)
-    renderer.close()
 
 
 def test_a_place_shows_the_value_that_is_there():
@@ -69,7 +68,6 @@ def test_a_place_shows_the_value_that_is_there():
     assert [round(c.value) for c in both] == [160, 60]
     assert [c.share for c in both] == pytest.approx([0.75, 0.25], abs=0.01)
     assert peaks.contributions(np.zeros(256), RANGE) == ()
-    renderer.close()
 
 
 def test_a_long_flank_is_named_beside_the_peak_that_it_leads_to():

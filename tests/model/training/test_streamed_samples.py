@@ -49,7 +49,6 @@ def test_a_streams_samples_are_those_of_the_scene(volume, raycast, stage):
         expected = render_samples(renderer, raycast, 5, "train", range(number, number + 1))
         for name, values in expected.arrays.items():
             np.testing.assert_array_equal(batch.arrays[name][i], values[0])
-    renderer.close()
 
 
 def test_batches_do_not_depend_on_threads(volume, raycast):

@@ -30,9 +30,7 @@ def jet():
 @pytest.fixture(scope="module")
 def truth(jet):
     volume, inputs = jet
-    tracer = PathTracer(volume, seed=1)
-    *_, many = tracer.refine(inputs, 96, 128)
-    tracer.close()
+    *_, many = PathTracer(volume, seed=1).refine(inputs, 96, 128)
     return many
 
 
@@ -42,7 +40,6 @@ def test_noise_falls_against_many_samples(jet, truth):
     tracer = PathTracer(volume)
     traced = list(tracer.refine(inputs, 96, 4))
     found = list(RefiningRenderer(tracer, denoiser).refined(inputs, 96, 4))
-    tracer.close()
 
     def error(image):
         return np.sqrt(np.mean((image - truth.rgba)[..., :3] ** 2))
@@ -56,12 +53,8 @@ def test_noise_falls_against_many_samples(jet, truth):
 
 def test_what_guides_the_denoiser_is_the_unlit_picture(jet):
     volume, inputs = jet
-    tracer = PathTracer(volume)
-    *_, estimate = tracer.refine(inputs, 48, 2)
-    tracer.close()
-    caster = RaycastRenderer(volume)
-    unlit = caster.render(inputs, 48)
-    caster.close()
+    *_, estimate = PathTracer(volume).refine(inputs, 48, 2)
+    unlit = RaycastRenderer(volume).render(inputs, 48)
     np.testing.assert_allclose(estimate.albedo, unlit[..., :3], atol=1 / 500)
     np.testing.assert_array_equal(estimate.rgba[..., :3], estimate.radiance.clip(0, 1))
 
@@ -70,14 +63,12 @@ def test_what_guides_the_denoiser_is_the_unlit_picture(jet):
 @needs_denoiser
 def test_the_estimated_error_is_that_against_many_samples(jet, truth):
     volume, inputs = jet
-    tracer = PathTracer(volume)
-    for picture in RefiningRenderer(tracer, denoiser).refined(inputs, 96, 16):
+    for picture in RefiningRenderer(PathTracer(volume), denoiser).refined(inputs, 96, 16):
         # The second sample alone has no halves.
         assert np.isinf(picture.error) == (picture.samples < 4)
         if picture.samples >= 4:
             square = np.mean((picture.rgba - truth.rgba)[..., :3] ** 2) - truth.error**2
             assert picture.error / 1.5 < np.sqrt(square) < picture.error * 1.5
-    tracer.close()
 
 
 @needs_denoiser
@@ -96,7 +87,6 @@ def test_a_small_thing_is_cleaned_as_if_nothing_were_around_it():
     tracer = PathTracer(volume)
     (estimate,) = tracer.refine(inputs, raster, 1)
     (picture,) = RefiningRenderer(tracer, cleaning).refined(inputs, raster, 1)
-    tracer.close()
     (part,) = parts
     assert part.rows * part.columns < 0.5 * raster.rows * raster.columns
     whole = denoise(estimate.radiance, estimate.albedo, quick=True)

@@ -87,11 +87,7 @@ def seen(volume, view=VIEW, **others):
 
 
 def traced(volume, inputs, size=24, samples=8, **others):
-    tracer = PathTracer(volume, **others)
-    try:
-        return tracer.render(inputs, size, samples=samples)
-    finally:
-        tracer.close()
+    return PathTracer(volume, **others).render(inputs, size, samples=samples)
 
 
 @pytest.mark.parametrize(
@@ -188,11 +184,9 @@ def test_light_scattered_once_is_that_of_a_quadrature(spacing, masks, size):
     own = (np.cumsum(sigma) - sigma / 2) * step
     expected = np.sum(sigma * np.exp(-own - depth)) * step / 4
     lamp = Lamp(key=1.0, sky=0.0, radius=0.01, surfaces=False, bounces=1)
-    tracer = PathTracer(volume, lamp=lamp)
     raster = Raster(size, size, size // 2, size // 2, 1, 1)
     # Finer than usual, as the quadrature is: what is compared is the light, not its step.
-    image = tracer.render(inputs, raster, 0.05, 4096)
-    tracer.close()
+    image = PathTracer(volume, lamp=lamp).render(inputs, raster, 0.05, 4096)
     assert image[0, 0, 0] == pytest.approx(expected, rel=0.02)
 
 
@@ -204,9 +198,7 @@ def test_opacity_is_the_ray_casters(case):
     raster = Raster(40, 30, 7, 5, 20, 11) if case == "part" else Raster(32, 32)
     mask = Mask.of(np.indices(volume.voxels.shape)[2] < 15) if case == "masked" else None
     inputs = seen(volume, view, crop=crop, mask=mask)
-    caster = RaycastRenderer(volume)
-    expected = caster.render(inputs, raster)[..., 3]
-    caster.close()
+    expected = RaycastRenderer(volume).render(inputs, raster)[..., 3]
     image = traced(volume, inputs, raster, 4)
     np.testing.assert_allclose(image[..., 3], expected, atol=1 / 500)
     visible = expected > 0.05
@@ -232,10 +224,8 @@ def test_pictures_do_not_depend_on_threads_tiles_or_edits_without_effect(monkeyp
 def test_the_estimated_error_is_the_error():
     volume = balls("uint8")
     inputs = seen(volume)
-    tracer = PathTracer(volume, seed=3)
-    *_, truth = tracer.refine(inputs, 24, 1024)
+    *_, truth = PathTracer(volume, seed=3).refine(inputs, 24, 1024)
     found = {e.samples: e for e in PathTracer(volume, seed=8).refine(inputs, 24, 64)}
-    tracer.close()
     assert list(found) == [1, 2, 4, 8, 16, 32, 64]
     assert math.isinf(found[1].error)
     for samples in (4, 8, 16, 32, 64):
@@ -259,7 +249,6 @@ def test_a_path_without_depth_leaves_a_medium_of_next_to_no_extinction():
     tracer = PathTracer(Volume(voxels), threads=1)
     inputs = SceneInputs(View(-90.0, 0.0, 0.0, 0.5), opacity, color)
     scatterer = tracer._scatterer(inputs, 0.5, 0.0)
-    tracer.close()
     # Its reciprocal is infinite.
     assert 0 < scatterer.majorants[scatterer.majorants > 0].min() < 1e-39
     # The only state below 2^26 whose number is 0.
@@ -337,7 +326,6 @@ def test_pixels_are_within_three_standard_errors_of_mitsubas(scene):
     for seed in range(SEEDS):
         tracer = PathTracer(scene.volume, scene.light, CLOSE, seed=seed, lamp=scene.lamp)
         *_, last = tracer.refine(scene.inputs, SIZE, SAMPLES)
-        tracer.close()
         assert np.array_equal(last.radiance[..., 0], last.radiance[..., 1])
         pictures.append(last.radiance[..., 0].astype(np.float64))
     ours = np.mean(pictures, axis=0)
@@ -390,12 +378,10 @@ def halves_of(kind, view, samples=64):
     if light != "path":
         lit = open_renderer(name, drop(), light)
         image = lit.render(white_ball(view), RASTER, 0.1)[..., :3].mean(axis=-1)
-        lit.close()
         return np.stack([image - (light == "direct") * smooth_ball(view)] * 2)
     # Light that is scattered once, from one direction, has the least noise.
     tracer = PathTracer(drop(), lamp=Lamp(gloss=0.0, sky=0.0, bounces=1, radius=0.05))
     *_, picture = tracer.refine(white_ball(view), RASTER, samples)
-    tracer.close()
     assert (picture.rgba[..., 3] > 0.99).all()
     return picture.halves.mean(axis=-1)
 

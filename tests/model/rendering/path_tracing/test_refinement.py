@@ -135,20 +135,14 @@ def test_a_moving_picture_is_nearer_than_one_of_fewer_pixels():
     moving = renderer.moving(inputs, raster)
     few = renderer.drawn(inputs, coarse(raster), 1)
     assert moving is not None and few is not None and moving.samples == few.samples == 1
-    renderer.close()
-    other = PathTracer(volume, seed=1)
-    truth = other.render(inputs, raster, samples=256)
-    other.close()
+    truth = PathTracer(volume, seed=1).render(inputs, raster, samples=256)
     errors = [
         float(np.sqrt(np.mean((image - truth)[..., :3] ** 2)))
         for image in (moving.rgba, resized(few.rgba, raster.shape))
     ]
     assert errors[0] < 0.9 * errors[1]
-    caster = RaycastRenderer(volume)
-    np.testing.assert_allclose(
-        moving.rgba[..., 3], caster.render(inputs, raster)[..., 3], atol=1e-6
-    )
-    caster.close()
+    opacity = RaycastRenderer(volume).render(inputs, raster)[..., 3]
+    np.testing.assert_allclose(moving.rgba[..., 3], opacity, atol=1e-6)
 
 
 SIZE = 48
@@ -170,9 +164,7 @@ def inputs_from(azimuth, volume):
 
 
 def looks(volume, inputs):
-    renderer = RaycastRenderer(volume)
-    rgba, depth = renderer.frame(inputs, SIZE)
-    renderer.close()
+    rgba, depth = RaycastRenderer(volume).frame(inputs, SIZE)
     return rgba[..., :3], depth
 
 

@@ -142,7 +142,6 @@ def test_images_do_not_depend_on_threads_nor_on_what_was_rendered_before(volume,
     for view, opacity_tf in ((VIEWS[1], constant(0.4)), (VIEW, constant(0.4)), (VIEWS[1], MODES)):
         three.render(SceneInputs(view, opacity_tf, WHITE), 32)
     np.testing.assert_array_equal(three.render(inputs, 40), image)
-    three.close()
 
 
 def test_where_a_value_is_visible_adds_up_to_the_opacity():
@@ -162,7 +161,6 @@ def test_where_a_value_is_visible_adds_up_to_the_opacity():
     weights = np.exp(-((bins - 120) ** 2) / 800)
     shown = renderer.value_visibility(inputs, 24, weights)
     assert shown.sum() == pytest.approx(float(weights @ counted), rel=0.02)
-    renderer.close()
 
 
 UNIT = (0.0, 1.0)
