@@ -33,7 +33,7 @@ The ray caster keeps all samples and draws fewer pixels: in the same time, that 
 image at rest."""
 
 DENSER = 4  # times as many samples along each ray, where the usual ones are too few for the TF
-CHECKED = 10  # one pixel of so many along both sides is drawn with these, too
+CHECKED = 12  # one pixel of so many along both sides is drawn with these, too
 
 FEW = 2 / 255
 """Least RMS difference of what is visible by which they are too few. Where a layer is crossed in
