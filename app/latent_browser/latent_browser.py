@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pyqtgraph as pg
 from PySide6.QtCore import QEvent, QObject, QSize, Qt, Signal
-from PySide6.QtGui import QKeyEvent, QKeySequence, QResizeEvent, QShortcut
+from PySide6.QtGui import QKeySequence, QResizeEvent, QShortcut
 from PySide6.QtWidgets import QHBoxLayout, QLineEdit, QMenu, QPushButton, QToolButton, QWidget
 
 from app import theme
@@ -207,6 +207,8 @@ class LatentBrowser(QWidget):
         self._show_message(NO_VOLUME)
         for part in (self.bar, self.map, self.grid):
             part.setParent(self)
+        whole = QShortcut(QKeySequence("Home"), self, self.map.reset)
+        whole.setContext(Qt.ShortcutContext.WidgetWithChildrenShortcut)
         self.map.hide()
         self._connect()
 
@@ -219,13 +221,6 @@ class LatentBrowser(QWidget):
         else:
             self._latent.choose(shown=False)
         return True
-
-    def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Show the whole map by Home."""
-        if event.key() == Qt.Key.Key_Home and self._latent.choices.on_map:
-            self.map.reset()
-        else:
-            super().keyPressEvent(event)
 
     def width_for(self, height: int) -> int:
         """Width at which the squares are as large as a height allows."""

@@ -8,7 +8,7 @@ import numpy as np
 import pyqtgraph as pg
 from numpy.typing import NDArray
 from PySide6.QtCore import QPoint, QRect, Qt
-from PySide6.QtGui import QBrush, QColor, QKeyEvent
+from PySide6.QtGui import QBrush, QColor, QKeySequence, QShortcut
 from PySide6.QtWidgets import QToolButton, QWidget
 
 from app import theme
@@ -40,6 +40,10 @@ class PeakFlag(QToolButton):
         self.setCursor(Qt.CursorShape.PointingHandCursor)
         # Two clicks on a dim flag are no double click in the plot.
         self.setAttribute(Qt.WidgetAttribute.WA_NoMousePropagation)
+        for key in ("Return", "Enter"):
+            QShortcut(QKeySequence(key), self, self.click).setContext(
+                Qt.ShortcutContext.WidgetShortcut
+            )
         self.say("", "")
 
     def say(self, effect: str, name: str) -> bool:
@@ -52,13 +56,6 @@ class PeakFlag(QToolButton):
         self.setToolTip(f"{name}\nClick to add a mode here".lstrip())
         self.adjustSize()
         return True
-
-    def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Make the edit by Enter."""
-        if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
-            self.click()
-        else:
-            super().keyPressEvent(event)
 
 
 def place_flags(flags: Sequence[QWidget], centers: Sequence[int], plot: QRect) -> None:

@@ -380,6 +380,11 @@ def test_map_and_grid_are_used_by_keys(qtbot, window):
     QTest.keyClick(grid, Qt.Key.Key_Plus)
     assert latent.brush != brush
     QTest.keyClick(grid, Qt.Key.Key_Minus)
+    map_view.setFocus()
+    QTest.keyClick(map_view, Qt.Key.Key_Plus)
+    assert map_view.frame.zoom > 1
+    QTest.keyClick(map_view, Qt.Key.Key_Home)
+    assert map_view.frame.zoom == 1
     assert latent.brush == pytest.approx(brush)
 
 
