@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 import pyqtgraph as pg
 from PySide6.QtCore import QSignalBlocker, Qt, Signal
-from PySide6.QtGui import QHideEvent, QShowEvent
+from PySide6.QtGui import QHideEvent
 from PySide6.QtWidgets import (
     QFrame,
     QGridLayout,
@@ -175,16 +175,12 @@ class TradeOffPopover(QFrame):
         work.trade_off.changed.connect(self.refresh)
 
     def open_below(self, button: QWidget) -> None:
-        """Open below a button, as far to the right as it."""
+        """Open below a button, as far to the right as it, and start measuring."""
         place = button.mapToGlobal(button.rect().bottomRight())
         self.refresh()
         self.adjustSize()
         self.move(place.x() - self.width(), place.y())
         self.show()
-
-    def showEvent(self, event: QShowEvent) -> None:
-        """Start measuring."""
-        super().showEvent(event)
         self._trade_off.watch(True)
 
     def hideEvent(self, event: QHideEvent) -> None:

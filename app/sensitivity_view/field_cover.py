@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QEvent, QObject, QRect, QRectF, QSize, Qt
+from PySide6.QtCore import QObject, QRect, QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QFontMetricsF, QImage, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QToolButton
 
@@ -48,14 +48,8 @@ class ColorBar(QToolButton):
         self.setFixedHeight(HEIGHT)
         self.setCursor(Qt.CursorShape.ArrowCursor)
         self.clicked.connect(lambda: sensitivity.choose(locked=not sensitivity.choices.locked))
-        canvas.installEventFilter(self)
+        canvas.resized.connect(self.place)
         self.hide()
-
-    def eventFilter(self, _watched: QObject, event: QEvent) -> bool:
-        """Stay at the middle of the lower edge."""
-        if event.type() == QEvent.Type.Resize:
-            self.place()
-        return False
 
     def show_scale(self, bar: QImage, texts: tuple[str, str, str], tip: str) -> None:
         """Show a scale."""

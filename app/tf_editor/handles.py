@@ -10,14 +10,13 @@ from PySide6.QtWidgets import (
     QGraphicsItem,
     QGraphicsObject,
     QGraphicsSceneContextMenuEvent,
-    QGraphicsSceneHoverEvent,
     QGraphicsSceneMouseEvent,
+    QStyle,
     QStyleOptionGraphicsItem,
     QWidget,
 )
 
 from app import theme
-from app.controls import Painted
 from app.engines.background import Pause
 from app.state.viewer_state import STEP_MS, ViewerState
 from model.scene import tf_editing as edits
@@ -33,8 +32,6 @@ _ADDING = Qt.KeyboardModifier.ShiftModifier | Qt.KeyboardModifier.ControlModifie
 
 class DragHandle(QGraphicsObject):
     """A draggable mark of constant size in pixels, at a place in the plot."""
-
-    is_hovered = Painted(False)
 
     def __init__(
         self,
@@ -74,11 +71,11 @@ class DragHandle(QGraphicsObject):
         return QRectF(-_REACH, -_REACH, 2 * _REACH, 2 * _REACH)
 
     def paint(
-        self, painter: QPainter, _option: QStyleOptionGraphicsItem, _widget: QWidget | None = None
+        self, painter: QPainter, option: QStyleOptionGraphicsItem, _widget: QWidget | None = None
     ) -> None:
-        """Draw the mark, with a ring around the selected one."""
+        """Draw the mark, larger under the mouse, with a ring around the selected one."""
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        radius = _RADIUS[self._shape] + (1.0 if self.is_hovered else 0.0)
+        radius = _RADIUS[self._shape] + (1.0 if is_hovered(option) else 0.0)
         fill, _selected, ringed = self._look
         if ringed:
             painter.setPen(QPen(QColor(theme.CHANGE), 2.0))
@@ -133,14 +130,6 @@ class DragHandle(QGraphicsObject):
         event.accept()
         self.menu(event.screenPos())
 
-    def hoverEnterEvent(self, _event: QGraphicsSceneHoverEvent) -> None:
-        """Enlarge the mark slightly under the mouse."""
-        self.is_hovered = True
-
-    def hoverLeaveEvent(self, _event: QGraphicsSceneHoverEvent) -> None:
-        """Restore the mark's size."""
-        self.is_hovered = False
-
     def rest(self) -> None:
         """Drop the waiting step: the edit has ended."""
         self._wanted = None
@@ -154,6 +143,11 @@ class DragHandle(QGraphicsObject):
 
     def _plot_position(self, event: QGraphicsSceneMouseEvent) -> QPointF:
         return self.parentItem().mapFromScene(event.scenePos())
+
+
+def is_hovered(option: QStyleOptionGraphicsItem) -> bool:
+    """Return whether the painted item is under the mouse."""
+    return bool(option.state & QStyle.StateFlag.State_MouseOver)
 
 
 Kind = Literal["opacity", "color"]

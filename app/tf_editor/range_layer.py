@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QGraphicsRectItem, QStyleOptionGraphicsItem, QWidg
 
 from app import theme
 from app.state.viewer_state import ViewerState
-from app.tf_editor.handles import DragHandle
+from app.tf_editor.handles import DragHandle, is_hovered
 from app.tf_editor.plot_area import PlotArea
 from model.scene.ranges import fit_to_range, range_text, stretch_to_range
 from model.scene.transfer_function import Range, TransferFunction
@@ -57,10 +57,10 @@ class RangeLine(DragHandle):
         return QRectF(left, -self._height, right - left, self._height)
 
     def paint(
-        self, painter: QPainter, _option: QStyleOptionGraphicsItem, _widget: QWidget | None = None
+        self, painter: QPainter, option: QStyleOptionGraphicsItem, _widget: QWidget | None = None
     ) -> None:
         """Draw the line and its grip."""
-        color = QColor(theme.CHANGE if self.is_hovered else theme.DIM)
+        color = QColor(theme.CHANGE if is_hovered(option) else theme.DIM)
         painter.setPen(QPen(color, 1.0))
         painter.drawLine(0, 0, 0, -int(self._height))
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)

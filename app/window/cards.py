@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
 
-from PySide6.QtCore import QEvent, QObject, QSignalBlocker, QSize, Qt, Signal
+from PySide6.QtCore import QSignalBlocker, QSize, Qt, Signal
 from PySide6.QtGui import QHideEvent, QIcon, QImage
 from PySide6.QtWidgets import (
     QApplication,
@@ -58,14 +58,8 @@ class EmptyCard(Card):
         pictures = fill(QHBoxLayout(), *self.samples, spacing=6)
         fill(QVBoxLayout(self), head, pictures, margins=(12, 8, 12, 8), spacing=6)
         self.hide()
-        self._pane.canvas.installEventFilter(self)
+        self._pane.canvas.resized.connect(self._place)
         self._pane.client.stateChanged.connect(self._follow)
-
-    def eventFilter(self, _watched: QObject, event: QEvent) -> bool:
-        """Stay in the middle of the image."""
-        if event.type() == QEvent.Type.Resize and not self.isHidden():
-            self._place()
-        return False
 
     def _follow(self, state: EngineState) -> None:
         self.set_shown(state is EngineState.FAILED and self._workspace.opened is None)

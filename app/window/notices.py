@@ -6,7 +6,7 @@ from functools import partial
 from typing import Literal
 
 from PySide6.QtCore import QEvent, QObject, QPoint, QPointF, QRect, QSize, Qt
-from PySide6.QtGui import QKeyEvent, QMouseEvent
+from PySide6.QtGui import QKeySequence, QMouseEvent, QShortcut
 from PySide6.QtWidgets import QApplication, QHBoxLayout, QLabel, QVBoxLayout, QWidget
 
 from app import theme
@@ -50,6 +50,8 @@ class Notices(QWidget):
         buttons: list[QWidget] = [action_button(a, partial(self._remove, line)) for a in actions]
         buttons.append(line.dismissal)
         line.dismissal.clicked.connect(partial(self._remove, line))
+        escape = QShortcut(QKeySequence("Escape"), line, partial(self._remove, line))
+        escape.setContext(Qt.ShortcutContext.WidgetWithChildrenShortcut)
         self._lines.insert(0, line)
         self._column.insertWidget(0, line)
         for button in buttons:
@@ -74,15 +76,6 @@ class Notices(QWidget):
             self._remove(self._lines[0])
             return True
         return False
-
-    def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Dismiss the focused notice on Escape."""
-        if event.key() == Qt.Key.Key_Escape and not event.modifiers():
-            for line in [*self._lines]:
-                if line.has_focus:
-                    self._remove(line)
-                    return
-        super().keyPressEvent(event)
 
     def sizeHint(self) -> QSize:
         """Return the size of notices of the usual width."""
