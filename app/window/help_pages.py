@@ -54,7 +54,7 @@ Escape | return to the whole image | Esc | whole image
 Hover over the opacity curve | where is this value visible?
 With Ctrl, or in What if | what would an edit there change? | Ctrl | what an edit changes
 Wheel over the curve | width of the band | Wheel | band width
-P | keep the value under the mouse | P | keep
+P, also with Ctrl | keep the value or the edit under the mouse | P | keep
 Hold W | what would a mode there change? | W | what if
 Drag between the handles | keep a band of several values
 Escape, or click between the handles | return to the images

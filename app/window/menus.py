@@ -422,7 +422,9 @@ class Menus:
             menu, "Show &sensitivity", lambda: regions.choose(shown=not regions.choices.shown),
             "Ctrl+E", is_on=lambda: regions.choices.shown,
         )  # fmt: skip
-        self._add(menu, "&Keep the values under the mouse", view.toggle_kept, "P")
+        self._add(menu, "&Keep the values under the mouse", view.toggle_kept)
+        # Ctrl is held while the mouse asks what an edit changes.
+        menu.actions()[-1].setShortcuts([QKeySequence("P"), QKeySequence("Ctrl+P")])
         self._add(menu, "Sa&ve sensitivity as…", lambda: save(view.result()))
 
     def _fill_help(self, menu: QMenu) -> None:

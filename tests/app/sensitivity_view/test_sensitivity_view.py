@@ -357,6 +357,10 @@ def test_the_wheel_widens_and_a_drag_pins_a_band(qtbot, window):
     qtbot.waitUntil(lambda: window.generator.canvas.cover is not None)
     QTest.keyClick(window, Qt.Key.Key_P)
     assert state.band is None and window.generator.canvas.cover is None
+    # With Ctrl, the edit there is kept.
+    state.hover(110.0, effect=True)
+    QTest.keyClick(window, Qt.Key.Key_P, Qt.KeyboardModifier.ControlModifier)
+    assert state.band.kept and state.band.effect
 
 
 def test_a_field_is_never_over_another_image(qtbot, window, builders):
