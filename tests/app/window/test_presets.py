@@ -96,7 +96,7 @@ def test_the_users_own_presets_are_kept_replaced_and_removed(make_window, tmp_pa
     assert names() == shipped
 
 
-WIDE, NARROW = (0.0, 65535.0), (29_900.0, 30_200.0)
+WIDE = (0.0, 65535.0)
 
 
 def shells():

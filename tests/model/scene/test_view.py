@@ -230,9 +230,6 @@ def test_standard_views_look_from_their_faces(name):
     assert view.with_basis(PLACED.basis()) == replace(PLACED, pan_x=0.0, pan_y=0.0)
 
 
-angles = st.floats(-720, 720)
-
-
 def test_azimuth_0_and_360_give_the_same_bits():
     assert np.array_equal(View(0.0, 20.0, 5.0).basis(), View(360.0, 20.0, 5.0).basis())
     view_range = ViewRange()
