@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import correlate1d
 
 from model.scene.mask import Mask, grown, masked_voxels
 from model.scene.transfer_function import Range
@@ -78,6 +79,22 @@ def keeps_type(volume: Volume, native: tuple[type[np.generic], ...]) -> bool:
         fits = well_conditioned or float(np.float32(lo)) == lo
         fits &= LEAST_RANGE <= hi - lo <= GREATEST_RANGE
     return kind in native and fits
+
+
+def blurred(scalars: NDArray[Any]) -> NDArray[Any]:
+    """Return a cubic B-spline's values at the voxels, in their type."""
+    found, last = np.empty_like(scalars), len(scalars) - 1
+    shares = np.array([1, 4, 1], dtype=np.float32) / 6
+
+    def blur(z: int) -> None:
+        near = scalars[[max(z - 1, 0), z, min(z + 1, last)]]
+        plane = np.tensordot(shares, near, 1)
+        for axis in (0, 1):
+            plane = correlate1d(plane, shares, axis, mode="nearest")
+        found[z] = plane if found.dtype.kind == "f" else np.rint(plane)
+
+    in_threads(blur, range(len(scalars)))
+    return found
 
 
 def marks_of(volume: Volume, mask: Mask | None) -> NDArray[np.uint8]:

@@ -21,7 +21,7 @@ from model.rendering.path_tracing.scattering import (
     shares,
     single_scattering_albedo,
 )
-from model.rendering.path_tracing.tracking import Extinction, Scatterer
+from model.rendering.path_tracing.tracking import CLEAREST, Extinction, Scatterer
 from model.rendering.raster import BLUR, Raster, blur_of
 from model.rendering.raycast.batch import CLOSE
 from model.rendering.raycast.classification import LARGEST_ERROR, color_table, opacity_table
@@ -42,12 +42,12 @@ SAMPLES = 64  # samples of each pixel where no number is asked for
 PIXELS_PER_TASK, PATHS_PER_TASK = 1024, 4096
 """Sizes of tasks: small, so that a pass ends soon after it is no longer wanted."""
 
-MOST_TOGETHER = 8
+MOST_TOGETHER = 16
 """Samples of a pixel that are traced together, as they share one pass along the view ray."""
 
-FINER = 16
-"""Factor by which samples along view rays are denser at rest where voxels are large; otherwise each
-step would show as a ring on smooth surfaces."""
+FINER, FINEST = 4, 16
+"""Factors by which samples along view rays are denser at rest, and there where voxels are large, as
+each step would show as a ring on smooth surfaces. Later collisions take most of the time."""
 
 NOISE = 3.0
 """Gradient, in standard deviations of the voxels' noise, that is a surface in half of all cases."""
@@ -108,11 +108,15 @@ class PathTracer:
         self._steepness = 1 / _typical_difference(voxels.scalars, voxels.width)
 
         # Without `self`: a reference cycle would keep the voxels alive.
-        def extinction(mask: Mask | None, opacity_tf: OpacityTF) -> Extinction:
+        def extinction(
+            voxels: KernelVoxels, mask: Mask | None, opacity_tf: OpacityTF
+        ) -> Extinction:
             opacity = opacity_table(opacity_tf, volume.scalar_range, sample_distance, mask)
             return Extinction.of(opacity, sample_distance, voxels.under(mask).cells)
 
         self._extinction = lru_cache(maxsize=4)(extinction)
+        blurred = partial(KernelVoxels, volume, self._executor, is_blurred=True)
+        self._blurred = lru_cache(maxsize=1)(blurred)
 
     @property
     def volume(self) -> Volume:
@@ -201,15 +205,21 @@ class PathTracer:
     def _seen(
         self, inputs: SceneInputs, raster: Raster, distance: float | None, at_rest: bool
     ) -> _Seen:
-        distance, volume = distance or self.sample_distance, self._volume
-        blur = blur_of(inputs.view, volume, raster, volume.voxel_size) if at_rest else 0.0
+        distance, volume, voxels = distance or self.sample_distance, self._volume, self._voxels
+        blur = blur_of(inputs.view, volume, raster) if at_rest else 0.0
+        is_nearest = inputs.is_nearest(volume)
+        if blur > 0 and not blur_of(inputs.view, volume, raster, volume.voxel_size) > 0:
+            # Only slices are thick. Splines would take three times as long as blurred voxels.
+            blur, voxels = 0.0, voxels if is_nearest else self._blurred()
         if blur > 0:
-            distance /= FINER
+            distance /= FINEST
+        elif at_rest and not is_nearest:
+            distance = min(distance / FINER, CLOSE)
         return _Seen(
-            self._scatterer(inputs, distance, blur),
+            self._scatterer(inputs, voxels, distance, blur),
             camera_array(inputs.view, volume, raster, inputs.part),
             distance * volume.voxel_size,
-            distance <= CLOSE and not inputs.is_nearest(volume),
+            distance <= CLOSE and not is_nearest,
         )
 
     def _unlit(
@@ -233,13 +243,18 @@ class PathTracer:
             return None
         return np.clip(unlit, 0, 1, out=unlit)
 
-    def _scatterer(self, inputs: SceneInputs, distance: float, blur: float) -> Scatterer:
+    def _scatterer(
+        self, inputs: SceneInputs, voxels: KernelVoxels, distance: float, blur: float
+    ) -> Scatterer:
         volume = self._volume
-        extinction = self._extinction(inputs.mask, inputs.opacity_tf)
+        extinction = self._extinction(voxels, inputs.mask, inputs.opacity_tf)
         opacity = opacity_table(inputs.opacity_tf, volume.scalar_range, distance, inputs.mask)
+        if not inputs.is_nearest(volume):
+            # As dense as for later collisions, or light would leave surfaces from their very front.
+            np.minimum(opacity, 1 - CLEAREST ** (distance / self.sample_distance), out=opacity)
         if blur > 0:
-            extinction = extinction.of_splines(self._voxels.under(inputs.mask).cells.shape)
-        medium = self._voxels.medium(inputs, opacity, extinction.cells)
+            extinction = extinction.of_splines(voxels.under(inputs.mask).cells.shape)
+        medium = voxels.medium(inputs, opacity, extinction.cells)
         return Scatterer(
             medium._replace(blur=np.float32(blur), smooth=np.float32(blur / BLUR)),
             extinction.majorants,

@@ -42,6 +42,7 @@ from model.rendering.raycast.shading import NO_GRID, NO_LIGHT, Light, LightGrid
 from model.rendering.scalars import (
     KERNEL_TYPES,
     LABEL_NOISE,
+    blurred,
     marks_of,
     noise_of,
     renderable_scalars,
@@ -81,9 +82,10 @@ class Shown(NamedTuple):
 class KernelVoxels:
     """A volume's voxels as kernels take them; of what is shown, the whole and the newest mask's."""
 
-    def __init__(self, volume: Volume, executor: Executor) -> None:
+    def __init__(self, volume: Volume, executor: Executor, is_blurred: bool = False) -> None:
         self._volume = volume
-        self.scalars, (lo, hi) = scalars, _ = renderable_scalars(volume, KERNEL_TYPES)
+        scalars, (lo, hi) = renderable_scalars(volume, KERNEL_TYPES)
+        self.scalars = scalars = blurred(scalars) if is_blurred else scalars
         bins = lo, (TF_SAMPLES - 1) / (hi - lo)
         self.width = hi - lo
         self._scale = np.float32(lo), np.float32(bins[1] * LEVELS_PER_BIN)

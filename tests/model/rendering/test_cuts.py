@@ -116,7 +116,7 @@ def test_path_traced_light_takes_the_plane_as_a_face(view):
     tracer = PathTracer(volume)
     cropped = scene(view, SOLID, crop=CropBox((0.0, 0.4, 0.0)))
     one, other = (tracer.render(each, 24, samples=16) for each in (inputs, cropped))
-    caster = drawn(RaycastRenderer, volume, inputs, 24)
+    caster = drawn(RaycastRenderer, volume, inputs, 24, sample_distance=0.125)
     np.testing.assert_allclose(one[..., 3], caster[..., 3], atol=1 / 500)
     # The same random numbers meet the same faces, but for rounding.
     assert np.median(np.abs(one - other)) < 1e-5

@@ -3,10 +3,11 @@ from functools import partial
 import numpy as np
 import pytest
 from drawing import VIEW, constant, drawn, rms, slab
+from scipy.ndimage import map_coordinates
 
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.rendering.renderer import open_renderer
-from model.rendering.scalars import BEYOND, noise_of, renderable_scalars
+from model.rendering.scalars import BEYOND, blurred, noise_of, renderable_scalars
 from model.rendering.vtk_renderer import VtkRenderer
 from model.scene.crop import CropBox
 from model.scene.default_tf import default_transfer_function
@@ -133,6 +134,16 @@ def test_noise_is_that_of_the_material_not_of_the_air(dtype, sigma):
     # Rounding is noise, too: its variance is 1/12.
     expected = np.hypot(sigma, np.sqrt(1 / 12) if dtype != "float32" and sigma else 0)
     assert noise_of(rounded.astype(dtype)) == pytest.approx(expected, rel=0.12, abs=0.35)
+
+
+@pytest.mark.parametrize("dtype", NATIVE)
+def test_blurred_voxels_are_a_cubic_b_spline(dtype):
+    voxels = np.random.default_rng(4).integers(0, 255, (3, 4, 5), endpoint=True).astype(dtype)
+    places = np.indices(voxels.shape)
+    expected = map_coordinates(voxels.astype(float), places, prefilter=False, mode="nearest")
+    found = blurred(voxels)
+    assert found.dtype == dtype
+    np.testing.assert_allclose(found, expected, atol=1e-4 if dtype == np.float32 else 0.501)
 
 
 def test_noise_of_smooth_and_of_small_volumes_is_none():

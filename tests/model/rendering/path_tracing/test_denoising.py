@@ -54,7 +54,7 @@ def test_noise_falls_against_many_samples(jet, truth):
 def test_what_guides_the_denoiser_is_the_unlit_picture(jet):
     volume, inputs = jet
     *_, estimate = PathTracer(volume).refine(inputs, 48, 2)
-    unlit = RaycastRenderer(volume).render(inputs, 48)
+    unlit = RaycastRenderer(volume).render(inputs, 48, 0.125)
     np.testing.assert_allclose(estimate.albedo, unlit[..., :3], atol=1 / 500)
     np.testing.assert_array_equal(estimate.rgba[..., :3], estimate.radiance.clip(0, 1))
 
