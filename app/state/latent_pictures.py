@@ -123,7 +123,12 @@ class LatentPictures(QObject):
 
     def is_fresh(self, picture: GridPicture) -> bool:
         """Whether pictures are of the present view, light and colours."""
-        return _look_of(picture.inputs) == _look_of(self._state.inputs)
+        return _look_of(picture.inputs) == _look_of(self._square_inputs)
+
+    @property
+    def _square_inputs(self) -> SceneInputs:
+        """Inputs of the grid's pictures; a model knows views at its own distances."""
+        return self._state.inputs if self.from_codes else self._state.square_inputs
 
     def restart(self) -> None:
         """Request all pictures from a restarted engine."""
@@ -159,8 +164,9 @@ class LatentPictures(QObject):
             # Nothing passes the filters, or nothing is chosen yet.
             self._forget_grid()
             return
+        inputs = self._square_inputs
         key = (
-            _look_of(self._state.inputs), self.from_codes,
+            _look_of(inputs), self.from_codes,
             *((map_, self.state.brush) if on_map else (session.map, id(different))),
         )  # fmt: skip
         if key == self._grid_key:
@@ -180,10 +186,11 @@ class LatentPictures(QObject):
         for index, tf in zip(drawn, space.tfs_of(codes[drawn]), strict=True):
             tfs[index] = tf
         source: EngineName = "learned" if self.from_codes else "exact"
-        asked = GridPicture(cells, tuple(tfs), places, self._state.inputs, source, {}, {})
+        asked = GridPicture(cells, tuple(tfs), places, inputs, source, {}, {})
         if len(drawn):
             wanted = [tf for tf in tfs if tf is not None]
-            number = self._ask(self._grids, wanted, codes[drawn], CELL_SIZE, GRID_SECONDS, live)
+            pictures = [replace(inputs, opacity_tf=tf) for tf in wanted]
+            number = self._ask(self._grids, pictures, codes[drawn], CELL_SIZE, GRID_SECONDS, live)
             self._asked_grids[number] = asked
         else:
             self._asked_grids.clear()
@@ -192,22 +199,21 @@ class LatentPictures(QObject):
     def _ask(
         self,
         channels: Channels[EngineName],
-        tfs: list[OpacityTF],
+        pictures: list[SceneInputs],
         codes: NDArray[np.float32],
         size: int,
         seconds: float,
         live: bool,
     ) -> int:
-        """Request pictures of TFs with their codes, and return the request's number."""
+        """Request pictures, with their TFs' codes, and return the request's number."""
         source: EngineName = "learned" if self.from_codes else "exact"
         if live:
-            seconds *= self.patience() / len(tfs)
+            seconds *= self.patience() / len(pictures)
             size = round(size * self._pace.scale(source, size, seconds, 0.5))
         if self.from_codes and self._model_size is not None:
             size = self._model_size
-        inputs = [replace(self._state.inputs, opacity_tf=tf) for tf in tfs]
         drawn = tuple(map(tuple, codes.tolist())) if self.from_codes else ()
-        request = BatchRequest(inputs[0], Quality(size, live=live), tuple(inputs[1:]), drawn)
+        request = BatchRequest(pictures[0], Quality(size, live=live), tuple(pictures[1:]), drawn)
         return channels[source].ask(request).sequence
 
     def _hover_changed(self, place: Place | None) -> None:
@@ -224,7 +230,8 @@ class LatentPictures(QObject):
         code, samples = self.session.code_at(place, self.state.closeness)
         tf = space.tf_of(code)
         self.hoverMoved.emit(tf)
-        number = self._ask(self._hovers, [tf], code[None], HOVER_SIZE, HOVER_SECONDS, live)
+        inputs = replace(self._state.inputs, opacity_tf=tf)
+        number = self._ask(self._hovers, [inputs], code[None], HOVER_SIZE, HOVER_SECONDS, live)
         self._asked_hovers[number] = samples
 
     def _take_grid(self, source: EngineName, result: Result) -> None:

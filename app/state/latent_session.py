@@ -282,7 +282,7 @@ class LatentSession(QObject):
 
     @property
     def _has_overview(self) -> bool:
-        return self.overview is not None and self.overview_of == _seen_by(self._state.inputs)
+        return self.overview is not None and self.overview_of == _seen_by(self._state.square_inputs)
 
     def _ensure_open(self) -> None:
         if not self._latent.choices.shown or self._volume is None or self._is_open:
@@ -337,7 +337,7 @@ class LatentSession(QObject):
             # Another view's overview may be on its way.
             self._looking.forget()
             return
-        self._looking.ask(partial(self._overview, volume, self._state.inputs, space, map_))
+        self._looking.ask(partial(self._overview, volume, self._state.square_inputs, space, map_))
 
     def _overview(
         self, volume: Volume, inputs: SceneInputs, space: LatentSpace, map_: LatentMap

@@ -72,6 +72,20 @@ class ViewNavigation(QObject):
         far = replace(view, distance=orientation.FARTHEST_HOME)
         return orientation.centred(far, self.proportions, self._shown)
 
+    def for_square(self, view: View) -> View:
+        """Return a view that shows in a square picture what this one shows in a wider image."""
+        far = replace(view, distance=orientation.FARTHEST_HOME)
+        square, image = (
+            orientation.centred(far, self.proportions, self._shown, reach).distance
+            for reach in (SQUARE, self._reach)
+        )
+        middle, projection = self.pivot[None], Projection(view, self.proportions)
+        if square <= image or projection.depths(middle)[0] < NEAREST_DEPTH:
+            return view
+        place = projection.places(middle)[0] * image / square
+        farther = replace(view, distance=view.distance * square / image)
+        return holding(self.pivot, place, farther, self.proportions)
+
     def turned(self, view: View) -> View:
         """Return a turned view whose pivot stays in place in the image."""
         pivot, before = self.pivot, Projection(self.view, self.proportions)

@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from functools import partial
 from math import ceil, floor, isclose
 from types import MappingProxyType
@@ -193,6 +194,12 @@ class ViewerState(ViewNavigation):
     def inputs(self) -> SceneInputs:
         """Current scene inputs of the pane that has the focus."""
         return self.inputs_of(self.tf_input.pane)
+
+    @property
+    def square_inputs(self) -> SceneInputs:
+        """The current scene inputs of square pictures, which show as much as the image."""
+        inputs = self.inputs
+        return replace(inputs, view=self.for_square(inputs.view))
 
     def inputs_of(self, pane: PaneName) -> SceneInputs:
         """Return a pane's current scene inputs: all but TF and light are shared."""

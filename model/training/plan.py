@@ -144,5 +144,7 @@ def choose_precision(device: torch.device, asked: PrecisionChoice = "auto") -> P
         has_bfloat16 = torch.cuda.is_bf16_supported()
     else:
         # Without instructions, a step in bfloat16 takes ten times as long.
-        has_bfloat16 = any(torch.cpu.get_capabilities().get(name) for name in BF16)
+        # Older releases of torch do not tell.
+        found: dict[str, Any] = getattr(torch.cpu, "get_capabilities", dict)()
+        has_bfloat16 = any(found.get(name) for name in BF16)
     return "bfloat16" if has_bfloat16 else "float32"

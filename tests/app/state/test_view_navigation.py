@@ -106,3 +106,19 @@ def test_a_picture_has_all_that_is_shown_in_its_middle(state):
     assert low + high == pytest.approx([0.0, 0.0], abs=1e-9)
     # It is small enough for the nearest view.
     assert high.max() < 1.0
+
+
+def test_a_square_picture_shows_what_a_wide_image_shows(state):
+    proportions = (0.9, 0.3, 0.3)
+    state.start_view(proportions, reach=(1.0, 0.5))
+
+    def places(view):
+        return Projection(view, proportions).places(WHOLE)
+
+    assert np.abs(places(state.home)).max() > 1.0
+    assert 0.8 < np.abs(places(state.for_square(state.home))).max() < 1.0
+    near = replace(state.home, distance=state.home.distance / 3)
+    wide, square = places(near), places(state.for_square(near))
+    assert 0.2 < np.ptp(square, axis=0)[0] / np.ptp(wide, axis=0)[0] < 0.9
+    state.start_view(proportions)
+    assert state.for_square(state.home) == state.home
