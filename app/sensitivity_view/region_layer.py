@@ -6,13 +6,14 @@ from typing import cast
 
 from PySide6.QtCore import QEvent, QObject, QPoint, QPointF, QRect, QRectF, Qt
 from PySide6.QtGui import QColor, QCursor, QMouseEvent, QPainter, QPen, QPolygonF
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QWidget
+from PySide6.QtWidgets import QGraphicsOpacityEffect, QHBoxLayout, QLabel, QWidget
 
 from app import theme
 from app.controls import CLICK_REACH, Card, fill
 from app.icons import IconButton
 from app.image_view.image_canvas import ImageCanvas
 from app.placing import freest
+from app.sensitivity_view.response_layer import STALE
 from app.state.piece_finder import PieceFinder
 from app.state.sensitivity_asker import SensitivityAsker
 from app.state.sensitivity_state import SensitivityState, Tool
@@ -356,8 +357,12 @@ class PlaceLabel(Card):
         self.text.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self.text.linkActivated.connect(self._take)
         self.text.setToolTip(PIECE_TIP)
+        # Dim while what is found belongs to an earlier state.
+        self.dim = QGraphicsOpacityEffect(self.text, opacity=STALE)
+        self.dim.setEnabled(False)
+        self.text.setGraphicsEffect(self.dim)
         finder.changed.connect(self.refresh)
-        asker.state.inputsChanged.connect(self._leave_nothing)
+        asker.state.inputsChanged.connect(self._follow_inputs)
         self.button = IconButton("panel", "Values and edits", "F8", colors=theme.ON_IMAGE)
         self.button.clicked.connect(lambda: asker.asked.open_panel())
         # On the left, where it stays when the text grows.
@@ -385,7 +390,9 @@ class PlaceLabel(Card):
         rows = "".join(ROW.format(escape(text), part, "") for text, part in lines)
         # Nothing moves while the same place's values and pieces come again, as after a turn.
         is_same = place == self._last and (asker.pick is None or self._finder.is_searching)
-        if not (is_same and self._links):
+        is_kept = is_same and bool(self._links)
+        self.dim.setEnabled(is_kept)
+        if not is_kept:
             pieces = map(self._row_of, self._finder.pieces, "01")
             self._links = "".join(pieces) if asker.pick else ""
         nothing = "Nothing visible here" if asker.pick else asker.waiting
@@ -416,12 +423,13 @@ class PlaceLabel(Card):
     def eventFilter(self, _canvas: QObject, event: QEvent) -> bool:
         """Stay at the place when the canvas has another size."""
         if event.type() == QEvent.Type.Resize and self.is_here:
-            self._leave_nothing()
+            self._follow_inputs()
             self.refresh()
         return False
 
-    def _leave_nothing(self) -> None:
+    def _follow_inputs(self) -> None:
         """Forget a place where nothing was visible, as another image may show something there."""
+        self.dim.setEnabled(self._finder.is_searching)
         asker, pick = self._asker, self._asker.pick
         if self.is_here and pick and not contributions(pick.value[0], asker.state.scalar_range):
             asker.asked.pick(None)

@@ -24,7 +24,7 @@ from model.scene.transfer_function import TF_SAMPLES, Range
 from model.sensitivity.display import FLOOR
 from model.sensitivity.peaks import contributions, percentages
 
-STALE = 0.4  # opacity of curves that belong to another image
+STALE = 0.4  # opacity of what belongs to another image
 FLAG_HEIGHT = 19
 FLAG_GAP = 3  # least distance between two flags, in pixels
 

@@ -24,7 +24,7 @@ NO_PIECE = "Click in an image or a slice first, to choose the connected voxels t
 class PieceFinder(QObject):
     """Finds the pieces at the clicked place, in a thread of its own."""
 
-    changed = Signal()  # emitted when other pieces are found, or none
+    changed = Signal()  # emitted when a search begins and when it has ended
 
     def __init__(
         self,
@@ -113,6 +113,5 @@ class PieceFinder(QObject):
         if waits is not None and pieces:
             self._mask_by(pieces[0], waits)
             return
-        if pieces != self.pieces:
-            self.pieces = pieces
-            self.changed.emit()
+        self.pieces = pieces
+        self.changed.emit()
