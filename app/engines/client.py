@@ -176,11 +176,6 @@ class EngineClient(QObject):
         """True once the engine is built, and while it takes requests."""
         return self._is_built and self._takes_requests and self._worker is not None
 
-    @property
-    def error(self) -> str | None:
-        """The error as one sentence; None if there is none."""
-        return self.text if self.state is EngineState.FAILED else None
-
     def open(self, channel: Channel) -> None:
         """Deliver the answers to a channel's requests there."""
         assert channel.name not in self._channels, channel.name

@@ -63,7 +63,7 @@ class PlotMouse(QObject):
             self._move(cast(QMouseEvent, event))
         elif kind == QEvent.Type.MouseButtonRelease:
             if self._asked.dragging and self._pressed is not None:
-                self._asked.finish_band()
+                self._asked.finish("band")
             elif self._pressed is not None:
                 # A click next to the handles.
                 self._asked.release()

@@ -82,7 +82,7 @@ class RegionLayer(QObject):
         if not self._state.choices.shown and self._pressed is not None and is_drag:
             self._pressed, self._grip, self._lasso = None, None, []
             self._state.set_tool(None)
-            self._state.finish_region()
+            self._state.finish("regions")
         if self._state.tool != self._tool:
             if self._lasso:
                 # What is being drawn is dropped; the release is no click.
@@ -127,7 +127,7 @@ class RegionLayer(QObject):
         if self._lasso:
             self._finish_drawing(position)
         elif self._grip is not None:
-            self._state.finish_region()
+            self._state.finish("regions")
         elif not (self._moved or self._canvas.gave_focus):
             self._ask(position)
         self._pressed, self._grip, self._lasso = None, None, []
@@ -153,7 +153,7 @@ class RegionLayer(QObject):
         if outline is not None:
             self._state.add_region(outline)
             self._state.open_panel()
-            self._state.finish_region()
+            self._state.finish("regions")
         self._show_cursor(None, self._grip_at(position))
 
     def _drawn_outline(self) -> Outline | None:
@@ -370,7 +370,8 @@ class PlaceLabel(Card):
         row.addWidget(self.button, 0, Qt.AlignmentFlag.AlignTop)
         row.addWidget(self.text)
         self.hide()
-        canvas.installEventFilter(self)
+        for follow in (self._follow_inputs, self.refresh):
+            canvas.resized.connect(follow)
 
     def refresh(self) -> None:
         """Show the values at the place; until they are known, say so."""
@@ -419,13 +420,6 @@ class PlaceLabel(Card):
 
     def _take(self, link: str) -> None:
         self._finder.take(int(link[1:]), alone=link[0] == "a")
-
-    def eventFilter(self, _canvas: QObject, event: QEvent) -> bool:
-        """Stay at the place when the canvas has another size."""
-        if event.type() == QEvent.Type.Resize and self.is_here:
-            self._follow_inputs()
-            self.refresh()
-        return False
 
     def _follow_inputs(self) -> None:
         """Forget a place where nothing was visible, as another image may show something there."""

@@ -146,10 +146,10 @@ class SensitivityState(QObject):
             self.dragging = True
             self.changed.emit("regions")
 
-    def finish_region(self) -> None:
-        """End a drag of a region."""
+    def finish(self, what: Literal["regions", "band"]) -> None:
+        """End a drag of a region or of the band."""
         self.dragging = False
-        self.finished.emit("regions")
+        self.finished.emit(what)
 
     def rename_region(self, name: str) -> None:
         """Name the active region; an empty name is ignored."""
@@ -185,11 +185,6 @@ class SensitivityState(QObject):
         """Show what an edit at the value under the mouse would change, or where it is visible."""
         if self.band is not None and not (self.band.kept or self.dragging):
             self._set_band(replace(self.band, effect=effect))
-
-    def finish_band(self) -> None:
-        """End a drag of the band."""
-        self.dragging = False
-        self.finished.emit("band")
 
     def keep(self, low: float | None = None, high: float | None = None) -> None:
         """Keep the present band, or another one."""

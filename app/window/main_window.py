@@ -15,6 +15,7 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QApplication, QMessageBox, QWidget
 
+from app.engines.client import EngineState
 from app.engines.engines import REAL_BUILDERS, Builders
 from app.engines.exactness import STOPS
 from app.state.latent_session import LatentChoices
@@ -104,8 +105,8 @@ class MainWindow(WindowParts):
     @property
     def errors(self) -> list[str]:
         """Errors shown by the two images."""
-        errors = [pane.client.error for pane in self.context.panes if pane.client.error]
-        return list(dict.fromkeys(errors))
+        clients = dict.fromkeys(pane.client for pane in self.context.panes)
+        return [client.text for client in clients if client.state is EngineState.FAILED]
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Show the effect of edits while Ctrl or W is held; end actions by Escape."""

@@ -39,7 +39,6 @@ class Overlays(QObject):
         self._canvases = canvases = [pane.canvas for pane in context.panes]
         self._preferences = context.preferences
         self.subject = Subject()
-        self._has_volume = False
         self._previewed: OpacityTF | None = None
         self._cubes = [OrientationCube(context.state, canvas) for canvas in canvases]
         for pane, cube in zip(self._panes, self._cubes, strict=True):
@@ -84,7 +83,6 @@ class Overlays(QObject):
     def start_volume(self, subject: Subject) -> None:
         """Update the overlays for another volume."""
         self.subject = subject
-        self._has_volume = True
         self.refresh()
 
     def lie_over(self, canvas: ImageCanvas) -> None:
@@ -94,8 +92,9 @@ class Overlays(QObject):
 
     def refresh(self) -> None:
         """Follow the settings."""
+        shows_cube = self.has("cube") and self.subject.scale is not None
         for canvas, cube in zip(self._canvases, self._cubes, strict=True):
-            cube.setVisible(self.has("cube") and self._has_volume and canvas is self._right)
+            cube.setVisible(shows_cube and canvas is self._right)
         for pane, inset in zip(self._panes, self.insets, strict=True):
             inset.is_shown = self.has("opacity_images")
             pane.background = self.background

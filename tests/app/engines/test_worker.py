@@ -284,11 +284,11 @@ def test_errors_are_a_state_with_its_sentence_until_the_next_image(qtbot, spy, e
     engine.error = error
     spy.client.start(lambda: engine, "Loading …")
     act_until(qtbot, spy.client.settled, spy.client.submit, make_request(1))
-    assert spy.client.error == sentence and not spy.results
+    assert (spy.client.text, spy.results) == (sentence, [])
     engine.error = None
     act_until(qtbot, spy.client.settled, spy.client.submit, make_request(2))
     (good,) = spy.results
-    assert spy.client.error is good.error is None
+    assert spy.client.state is not EngineState.FAILED and good.error is None
     assert good.value[0, 0, 0] == pytest.approx(2 / 255)
     assert spy.states[-3:] == [EngineState.FAILED, EngineState.WORKING, EngineState.SETTLED]
 
@@ -297,7 +297,7 @@ def test_errors_are_a_state_with_its_sentence_until_the_next_image(qtbot, spy, e
 
     act_until(qtbot, spy.client.settled, spy.client.start, fail, "Loading …")
     spy.client.submit(make_request(3))
-    assert spy.client.error == "model: the folder is missing."
+    assert spy.client.text == "model: the folder is missing."
 
 
 def test_an_older_images_error_says_nothing_about_the_newest(qtbot, spy, gated):

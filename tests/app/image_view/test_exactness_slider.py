@@ -133,7 +133,7 @@ def test_an_image_that_fails_ends_it(qtbot, make_window, builders):
     builders.references[-1].error = ValueError("no memory")
     window.exactness.figures.click()
     qtbot.waitUntil(lambda: trade_off.found == () and not trade_off.begun)
-    assert window.reference.client.error is None
+    assert not window.errors
     assert window.exactness.popover.status.text() == WAITING
 
 

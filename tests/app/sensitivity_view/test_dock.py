@@ -134,7 +134,7 @@ def test_the_curve_comes_with_a_region_and_goes_with_it(qtbot, window):
 
     assert is_away()
     state.add_region(Outline.rectangle(0.2, 0.2, 0.4, 0.4))
-    state.finish_region()
+    state.finish("regions")
     qtbot.waitUntil(is_there)
     state.activate(None)
     assert is_away()

@@ -96,7 +96,7 @@ def test_a_lasso_and_several_regions(qtbot, window):
     # A region cannot be lost outside the image.
     state.add_region(Outline.rectangle(0.4, 0.4, 0.6, 0.6))
     state.change_region(Outline.rectangle(2.4, -3.4, 2.6, -3.2))
-    state.finish_region()
+    state.finish("regions")
     assert state.outline.mask(16).any()
     # Nor does the name of one above it leave the image.
     assert name_corners([QRectF(9, -80, 30, 40)], [QRectF(0, -12, 50, 15)])[0].y() >= 12
@@ -105,7 +105,7 @@ def test_a_lasso_and_several_regions(qtbot, window):
 def test_a_region_beside_the_square_is_the_ray_casters_alone(qtbot, window):
     asker, state = window.workspace.sensitivity, window.sensitivity_state
     state.add_region(Outline.rectangle(0.8, 0.2, 1.2, 0.4))
-    state.finish_region()
+    state.finish("regions")
     qtbot.waitUntil(lambda: asker.is_fresh(asker.regions.get("exact")))
     assert set(asker.regions) == {"exact"}
     label = window.sensitivity.source
@@ -130,7 +130,7 @@ def test_the_values_that_a_region_shows_are_named(qtbot, window, builders, monke
         return ", ".join(row.accessibleName() for row in findings.value_rows if not row.isHidden())
 
     state.add_region(Outline.rectangle(0.1, 0.1, 0.4, 0.4))
-    state.finish_region()
+    state.finish("regions")
     qtbot.waitUntil(lambda: text() == "116.1 to 123.9 K 75 %, 176.1 to 183.9 K 25 %")
     # The peaks in the plot say it, too: from a fifth on.
     assert peak_texts(window) == ["120.0 K · 75 %", "180.0 K · 25 %"]

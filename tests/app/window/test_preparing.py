@@ -357,7 +357,7 @@ def test_the_ray_caster_draws_and_a_sentence_says_so(
     else:
         monkeypatch.setattr(vtk_renderer, "offscreen_window", fail)
     window = make_window(model=None, lighting="direct")
-    assert window.reference.client.error is None
+    assert not window.errors
     assert "out of memory" in window.reference.detail
     assert "the ray caster draws instead" in window.reference.detail
     window.brightness.set(1.0)
