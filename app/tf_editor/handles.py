@@ -49,7 +49,6 @@ class DragHandle(QGraphicsObject):
         self.setAcceptHoverEvents(True)
         self.setCursor(Qt.CursorShape.PointingHandCursor)
         self._shape = shape
-        self.is_mark = shape != "line"
         self._drag, self._release, self._press = drag, release, press
         self.menu, self._double_click = menu, double_click
         self._look = QColor(theme.CURVE), False, False

@@ -160,7 +160,7 @@ class PlotArea(QObject):
         """Return where the handles in sight are, in pixels of the widget."""
         boxes = []
         for item in self.opacity.childGroup.childItems():
-            if isinstance(item, DragHandle) and item.isVisible() and item.is_mark:
+            if type(item) is DragHandle and item.isVisible():
                 center = self.widget.mapFromScene(item.scenePos())
                 boxes.append(QRect(center.x() - 7, center.y() - 7, 14, 14))
         return boxes

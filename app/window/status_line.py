@@ -27,18 +27,18 @@ class StatusLine(QStatusBar):
     """Shows the keys of the area that a widget's status tip names, or the newest sentence."""
 
     area = Painted("Images", "_name_keys")  # under the mouse; without one, the images
+    keys = Painted("", "_show_keys")  # shown while there is no sentence
 
     def __init__(self, state: ViewerState, regions: SensitivityState) -> None:
         super().__init__()
         self._state, self._regions = state, regions
         self._is_empty = True
-        self.keys = ""  # shown while there is no sentence
         self.setFixedHeight(HEIGHT)
         self.setContentsMargins(8, 0, 8, 0)
         self._news = ElidedLabel()
-        self._keys = QLabel(textFormat=Qt.TextFormat.RichText)
+        self._hints = QLabel(textFormat=Qt.TextFormat.RichText)
         self._left = QStackedWidget()
-        for each in (self._keys, self._news):
+        for each in (self._hints, self._news):
             each.setSizePolicy(self._news.sizePolicy())
             self._left.addWidget(each)
         self._left.setSizePolicy(self._news.sizePolicy())
@@ -72,7 +72,7 @@ class StatusLine(QStatusBar):
     def say(self, text: str) -> None:
         """Show a new sentence; an empty one brings the keys back."""
         self._news.full_text = text
-        self._left.setCurrentWidget(self._news if text else self._keys)
+        self._left.setCurrentWidget(self._news if text else self._hints)
         self._rest.stop()
         if text:
             announce(self, text)
@@ -103,10 +103,7 @@ class StatusLine(QStatusBar):
             area = "Drawing a region"
         elif area == "Images" and regions.active is not None:
             area = "Regions"
-        keys = status_keys(area)
-        if keys != self.keys:
-            self.keys = keys
-            self._show_keys()
+        self.keys = status_keys(area)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Hide the view's numbers if there is no room for them."""
@@ -127,7 +124,7 @@ class StatusLine(QStatusBar):
             f"<span style='color: {theme.DIM}'>&nbsp; {html.escape(effect.strip())}</span>"
             for keys, effect in found
         ]
-        self._keys.setText("&nbsp; &nbsp; ".join(parts))
+        self._hints.setText("&nbsp; &nbsp; ".join(parts))
 
     def _forget(self) -> None:
         if not self.news.endswith(PENDING):
