@@ -163,7 +163,7 @@ class Menus:
             if wanted and not tf_input.compares and len(panes.images) < 2:
                 panes.toggle_both()
             difference.setChecked(wanted)
-            error.set_wanted(wanted)
+            error.is_wanted = wanted
 
         compare = self._act(bar.compare, compare_images, "C")
         difference = self._act(bar.difference, show_difference, "D")

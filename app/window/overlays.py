@@ -7,6 +7,7 @@ from typing import Literal, get_args
 from PySide6.QtCore import QObject, QRect
 from PySide6.QtGui import QPainter
 
+from app.controls import Painted
 from app.engines.requests import ReferenceSettings
 from app.glosses import SENTENCES
 from app.image_view.engine_pane import EnginePane, OpacityInset
@@ -144,13 +145,14 @@ class ImageError(QObject):
     or if only a part of the volume is shown: models are not trained for these.
     """
 
+    is_wanted = Painted(False, "compare")  # whether to show the difference if there is one
+
     def __init__(self, context: Context) -> None:
         super().__init__(context.window)
         self._generator, self._reference, self._pane_b = context.panes
         self._state, self._workspace = context.state, context.workspace
         self._context = context
         self._shown: dict[EnginePane, tuple[SceneInputs, Image, ReferenceSettings]] = {}
-        self.is_wanted = False  # whether to show the difference if there is one
         self._compared: Comparison | None = None
         for pane in context.panes:
             pane.imageShown.connect(partial(self._take, pane))
@@ -230,11 +232,6 @@ class ImageError(QObject):
         self.pane.set_note(said, tip, is_unusual)
         self._compared = compared
         self._context.update_images()
-
-    def set_wanted(self, wanted: bool) -> None:
-        """Show or hide the difference over the compared image."""
-        self.is_wanted = wanted
-        self.compare()
 
     def _paint(self, pane: EnginePane, painter: QPainter, rect: QRect) -> None:
         canvas, compared, wiped = pane.canvas, self.shown, self._reference.canvas.wiped

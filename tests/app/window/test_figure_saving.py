@@ -156,9 +156,9 @@ def test_figures_of_both_images_begin_as_the_screen_and_wait_for_both(
     window.saving.ask()
     window.overlays.toggle("legend")
     window.overlays.toggle("scale_bar")
-    window.image_error.set_wanted(True)
+    window.image_error.is_wanted = True
     window.saving.ask()
-    window.image_error.set_wanted(False)
+    window.image_error.is_wanted = False
     choices = "both", "difference", "generator", "reference"
     for shown in choices[2:]:
         window.panes.shown = shown

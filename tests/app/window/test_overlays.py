@@ -81,7 +81,7 @@ def test_the_error_is_that_of_the_square_of_the_same_inputs_and_shows_where_it_i
     window.reference.imageShown.emit(inputs, truth)
     plain = color(0.25, 0.25)
     assert plain == color(0.75, 0.25)
-    window.image_error.set_wanted(not window.image_error.is_wanted)
+    window.image_error.is_wanted = not window.image_error.is_wanted
     assert color(0.25, 0.25).value() > color(0.75, 0.25).value()
     action(window, "White").trigger()
     assert color(0.25, 0.25).lightness() < color(0.75, 0.25).lightness() - 20
@@ -96,7 +96,7 @@ def test_the_error_is_that_of_the_square_of_the_same_inputs_and_shows_where_it_i
     window.state.set_view(inputs.view)
     window.reference.imageShown.emit(inputs, truth)
     assert color(0.25, 0.25) != plain
-    window.image_error.set_wanted(not window.image_error.is_wanted)
+    window.image_error.is_wanted = not window.image_error.is_wanted
     assert color(0.25, 0.25) == plain
     drawn = np.full((16, 16, 4), 0.5, np.float32)
     truth = np.zeros((32, 64, 4), np.float32)
@@ -120,13 +120,13 @@ def test_the_error_is_that_of_the_square_of_the_same_inputs_and_shows_where_it_i
     window.reference.imageShown.emit(inputs, truth)
     assert window.generator.note == ""
     # What keeps a wanted difference away is said as long as it does.
-    window.image_error.set_wanted(True)
+    window.image_error.is_wanted = True
     assert window.generator.note.startswith("difference follows")
     window.state.set_orthographic(True)
     assert window.generator.note == "no difference in an orthographic view"
     window.workspace.reference.choose(lighting="soft")
     assert window.generator.note.endswith("another light")
-    window.image_error.set_wanted(False)
+    window.image_error.is_wanted = False
     assert window.generator.note == ""
 
 
