@@ -353,7 +353,14 @@ def picture_icon(picture: QImage | None, size: int) -> QIcon:
             Qt.AspectRatioMode.KeepAspectRatio,
             Qt.TransformationMode.SmoothTransformation,
         )
-    return QIcon(shown)
+    return untinted(shown)
+
+
+def untinted(picture: QPixmap) -> QIcon:
+    """Return an icon that keeps its colours where it is selected."""
+    icon = QIcon(picture)
+    icon.addPixmap(picture, QIcon.Mode.Selected)
+    return icon
 
 
 def picture_tip(picture: QImage, text: str) -> str:

@@ -20,7 +20,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.controls import WheelGuard, answer_box, fill, form, label, list_box, named
+from app.controls import WheelGuard, answer_box, fill, form, label, list_box, named, untinted
 from app.number_box import WholeNumberBox, short
 from app.picture import BLACK, DPI, LARGEST_SIZE, WHITE, Background, millimetres, paint_background
 from app.window.figure import CONTENTS, FigureChoice, Size, Which
@@ -333,7 +333,7 @@ def _swatch(color: Background | None) -> QIcon:
     if color is None:
         painter.fillRect(pixmap.rect(), Qt.BrushStyle.Dense4Pattern)
     painter.end()
-    return QIcon(pixmap)
+    return untinted(pixmap)
 
 
 def _samples_box(chosen: int) -> QComboBox:

@@ -5,7 +5,7 @@ from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import QSignalBlocker, Qt
-from PySide6.QtGui import QColor, QIcon, QPixmap
+from PySide6.QtGui import QColor, QPixmap
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QComboBox,
@@ -24,7 +24,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.controls import answer_box, clicked, close_box, fill, form, label, named, table
+from app.controls import answer_box, clicked, close_box, fill, form, label, named, table, untinted
 from model.errors import VolumeError
 from model.scene.volume import ChoiceKind, Content, Volume
 from model.volume_files.checks import readable_size, times
@@ -167,7 +167,7 @@ class LabelsDialog(QDialog):
             if color := labels.label(value).color:
                 swatch = QPixmap(SWATCH, SWATCH)
                 swatch.fill(QColor.fromRgbF(*color))
-                item.setIcon(QIcon(swatch))
+                item.setIcon(untinted(swatch))
         buttons, self.show_button = answer_box(self, "&Show")
         for text, is_on in (("&All", True), ("&None", False)):
             button = buttons.addButton(text, QDialogButtonBox.ButtonRole.ActionRole)

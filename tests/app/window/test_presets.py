@@ -4,6 +4,7 @@ from unittest.mock import Mock
 import numpy as np
 import pytest
 from PySide6.QtCore import QPoint
+from PySide6.QtGui import QIcon
 from PySide6.QtWidgets import QInputDialog, QMessageBox
 from ramp import make_tf
 from rested_window import notice_buttons
@@ -30,13 +31,14 @@ def test_each_preset_shows_the_volume_and_can_be_taken(qtbot, window, builders):
     assert request.inputs.view.basis() == pytest.approx(state.view.basis())
     assert request.inputs.view == state.for_picture(state.view)
 
-    def level(number):
-        image = entries.item(number).icon().pixmap(PICTURE, PICTURE).toImage()
+    def level(number, mode=QIcon.Mode.Selected):
+        image = entries.item(number).icon().pixmap(PICTURE, PICTURE, mode).toImage()
         return image.pixelColor(PICTURE // 2, PICTURE // 2).red()
 
     # The fake's pictures are each .1 brighter than the one before.
     qtbot.waitUntil(lambda: level(3) > 0)
     assert [level(n) for n in (0, 1, 3)] == pytest.approx([0, 26, 76], abs=1)
+    assert level(3, QIcon.Mode.Normal) == level(3)
     # The same pictures are there at once when the menu opens again.
     menu.aboutToShow.emit()
     assert level(3) == pytest.approx(76, abs=1)
