@@ -254,7 +254,6 @@ class ImageCanvas(KeyedWidget):
             painter.drawLine(at, 0, at, self.height())
 
     def _paint_message(self, painter: QPainter, of: ImageCanvas, place: QRect) -> None:
-        painter.setPen(QColor(of._message_color))
         # Narrower than the canvas, because long lines are hard to read.
         side = _MARGIN + (place.width() - 2 * _MARGIN) // 10
         column = place.adjusted(side, _MARGIN, -side, -_MARGIN)
@@ -262,7 +261,13 @@ class ImageCanvas(KeyedWidget):
         if self.below_message is not None:
             column.setBottom(self.below_message.y() - _MARGIN)
             flags = Qt.AlignmentFlag.AlignHCenter | Qt.AlignmentFlag.AlignBottom
-        painter.drawText(column, flags | Qt.TextFlag.TextWordWrap, of.message)
+        flags |= Qt.TextFlag.TextWordWrap
+        # Backgrounds and images may be as bright as the text.
+        plate = painter.boundingRect(column, flags, of.message).adjusted(-6, -3, 6, 3)
+        if of.message:
+            painter.fillRect(plate, QColor(theme.ON_IMAGE.window))
+        painter.setPen(QColor(of._message_color))
+        painter.drawText(column, flags, of.message)
 
 
 def _centred(size: QSize, whole: QRect) -> QRect:

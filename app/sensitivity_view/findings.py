@@ -154,7 +154,7 @@ def edits_found(
     elif is_fresh:
         # Without a peak, the curve is flat or rises towards very rare values.
         flat = peaks.strongest is None
-        note = "no edit changes this region" if flat else "the curve has no peak"
+        note = "no edit changes this region" if flat else "no value to suggest"
     else:
         # Said once, above.
         is_coming = asker.engines and not asker.problem

@@ -110,9 +110,7 @@ class SliceView(pg.GraphicsView):  # type: ignore[misc]
     _is_fit = False  # whether the whole slice is shown
     _is_hatched = False  # whether some of it is clear
 
-    def __init__(
-        self, state: SliceState, number: int, enlarge: Callable[[SliceView], object]
-    ) -> None:
+    def __init__(self, state: SliceState, number: int, enlarge: Callable[[int], object]) -> None:
         super().__init__(background=theme.CANVAS)
         self._state, self._number, self._enlarge = state, number, enlarge
         self._crop = state.viewer.crop_input
@@ -316,7 +314,7 @@ class SliceView(pg.GraphicsView):  # type: ignore[misc]
         """Enlarge the slice, or show all three again; the first click does not count."""
         if event.button() == Qt.MouseButton.LeftButton and not event.modifiers():
             self._state.move(self._before)
-            self._enlarge(self)
+            self._enlarge(self._number)
 
     def leaveEvent(self, event: QEvent) -> None:
         """Report that the mouse has left."""
@@ -384,11 +382,13 @@ class SliceView(pg.GraphicsView):  # type: ignore[misc]
 class SlicesColumn(QWidget):
     """Shows three slices; a double click makes one of them large."""
 
-    def __init__(self, state: SliceState, resized: Callable[[], object]) -> None:
+    large: int | None = None  # number of the slice that is shown alone
+
+    def __init__(self, state: SliceState, enlarge: Callable[[int], object]) -> None:
         super().__init__()
-        self._state, self._resized = state, resized
+        self._state = state
         self._under: Triple | None = None
-        self.views = [SliceView(state, number, self._enlarge) for number in range(3)]
+        self.views = [SliceView(state, number, enlarge) for number in range(3)]
         self.button = CaptionButton()
         menu = self.button.add_menu()
         self.choices = add_choices(menu, COLORS, lambda colors: state.paint(colors=colors))
@@ -412,11 +412,6 @@ class SlicesColumn(QWidget):
         state.hovered.connect(self._say)
         state.painted.connect(self._say_window)
 
-    @property
-    def is_large(self) -> bool:
-        """Whether a single slice is shown."""
-        return any(view.isHidden() for view in self.views)
-
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Put the other slices to the right of the first, where all become larger by that."""
         super().resizeEvent(event)
@@ -425,13 +420,13 @@ class SlicesColumn(QWidget):
         directions = QBoxLayout.Direction
         self._rows.setDirection(directions.LeftToRight if is_wide else directions.TopToBottom)
         # The layout of hidden slices would take its share, too.
-        self._rows.setStretch(1, 0 if self.is_large else 1 if is_wide else 2)
+        self._rows.setStretch(1, 0 if self.large is not None else 1 if is_wide else 2)
 
-    def _enlarge(self, view: SliceView) -> None:
-        was_large = self.is_large
-        for each in self.views:
-            each.setVisible(was_large or each is view)
-        self._resized()
+    def enlarge(self, large: int | None) -> None:
+        """Show one slice alone, or all three for None."""
+        self.large = large
+        for number, view in enumerate(self.views):
+            view.setVisible(large in (None, number))
 
     def refresh(self) -> None:
         """Show changes of the state, unless the slices are hidden."""

@@ -70,6 +70,7 @@ class SessionSettings(ImageSettings):
     shown: Shown = "both"
     swapped: bool = False
     slices: bool = False
+    large_slice: Annotated[int, Meta(ge=0, le=2)] | None = None  # number of the one shown alone
 
 
 @dataclass(frozen=True)

@@ -105,10 +105,7 @@ class Overlays(QObject):
         state, subject = self._state, self.subject
         has_legend = self.has("legend") and pane.canvas is self._right
         scale = subject.scale if self.has("scale_bar") else None
-        if not (has_legend or scale or subject.line):
-            return
-        there = pane.canvas.picture_rect & pane.canvas.rect()
-        marks = Marks.over(painter, there, self.background)
+        marks = self._marks(pane, painter) if has_legend or scale or subject.line else None
         if marks is None:
             return
         if has_legend:
@@ -119,6 +116,15 @@ class Overlays(QObject):
         if scale is not None:
             marks.scale_bar(scale.bar(state.view, state.inputs.part))
         marks.line(subject, state.view)
+
+    def _marks(self, pane: EnginePane, painter: QPainter) -> Marks | None:
+        there = pane.canvas.picture_rect & pane.canvas.rect()
+        return Marks.over(painter, there, self.background)
+
+    def paint_line(self, pane: EnginePane, painter: QPainter) -> None:
+        """Paint the ruler's line over what covers a pane's image."""
+        if self.subject.line and (marks := self._marks(pane, painter)) is not None:
+            marks.line(self.subject, self._state.view)
 
 
 TIP = (
@@ -147,8 +153,9 @@ class ImageError(QObject):
 
     is_wanted = Painted(False, "compare")  # whether to show the difference if there is one
 
-    def __init__(self, context: Context) -> None:
+    def __init__(self, context: Context, overlays: Overlays) -> None:
         super().__init__(context.window)
+        self._overlays = overlays
         self._generator, self._reference, self._pane_b = context.panes
         self._state, self._workspace = context.state, context.workspace
         self._context = context
@@ -246,6 +253,7 @@ class ImageError(QObject):
             # On B's side of the line.
             painter.setClipRect(canvas.rect().adjusted(wiped[1] + 1, 0, 0, 0))
         painter.drawImage(place, _picture(compared, pane.background))
+        self._overlays.paint_line(pane, painter)
         painter.setClipping(False)
         paint_bar(painter, place, whole.right(), compared.bar(pane.background), text)
 

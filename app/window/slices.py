@@ -121,17 +121,24 @@ class Slices(QObject):
         self._follow_question("band")
 
     def _set_shown(self, shown: bool) -> None:
-        if shown == self.is_shown:
+        large = self._context.preferences.settings.large_slice
+        if shown == self.is_shown and (self.column is None or self.column.large == large):
             return
         column = self.column = self.column or self._built()
+        column.enlarge(large)
         column.setVisible(shown)
         self._hover(None)
         column.refresh()
         self._resize()
         self._context.update_images()
 
+    def _enlarge(self, number: int) -> None:
+        assert self.column is not None
+        self._context.preferences.set(large_slice=number if self.column.large is None else None)
+        self._set_shown(True)
+
     def _built(self) -> SlicesColumn:
-        column = SlicesColumn(self.state, self._resize)
+        column = SlicesColumn(self.state, self._enlarge)
         column.hide()
         self._row.addWidget(column)
         self._row.splitterMoved.connect(self._keep_width)
@@ -155,12 +162,12 @@ class Slices(QObject):
         assert self.column is not None
         whole, high = self._row.width(), self._row.height()
         width = self._width or max(round(SMALL * high), NARROWEST)
-        if self.column.is_large:
+        if self.column.large is not None:
             width = max(width, round(LARGE * whole))
         self._row.setSizes([whole - width, width])
 
     def _keep_width(self) -> None:
-        if self.column is not None and not self.column.is_large:
+        if self.column is not None and self.column.large is None:
             self._width = self.column.width()
 
     def _keep_place(self) -> None:

@@ -121,7 +121,7 @@ class WindowParts(QMainWindow):
         self.fidelity = FidelityLine(self.reference, self.state, self.workspace.reference)
         self.fidelity.judged.connect(partial(setattr, self.exactness, "moving"))
         # Before the sensitivities, so that it is below regions.
-        self.image_error = ImageError(self.context)
+        self.image_error = ImageError(self.context, self.overlays)
         # After the gestures, so that regions get the mouse first.
         self.sensitivity = SensitivityView(self.workspace, self.context.panes, self.editor, self)
         self.crop_handles = [CropHandles(pane.canvas, self.state) for pane in self.context.panes]

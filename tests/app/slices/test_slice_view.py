@@ -144,6 +144,8 @@ def test_a_double_click_makes_one_large_and_leaves_the_cross_hair(window):
         assert voxel(window) == before
         assert {each.isVisible() for each in views(window) if each is not view} == {not is_large}
         assert (column.width() > small) == is_large
+        large = window.context.preferences.settings.large_slice
+        assert large == (views(window).index(view) if is_large else None)
         QTest.qWait(0)
         if is_large:
             place = view.place_under(QPointF(view.mapFromGlobal(QCursor.pos())))
@@ -151,6 +153,10 @@ def test_a_double_click_makes_one_large_and_leaves_the_cross_hair(window):
             assert f"voxel {', '.join(str(each + 1) for each in under)}" in readout(window)
         assert (view.width() == column.width() and view.height() > column.height() / 2) == is_large
     assert column.width() == small  # as the user has made it
+    # As a session may have it.
+    window.context.preferences.set(large_slice=1)
+    window.slices.start_volume(window.workspace.opened)
+    assert front.isVisible() and not level.isVisible() and column.width() > small
 
 
 def test_a_wide_column_has_slices_next_to_each_other(window):

@@ -18,7 +18,7 @@ def region(name):
 SETTINGS = Settings(
     drawing="raycast", stop="exact", reference_size=1024, denoises=False, legend=True,
     scale_bar=True, background="white", cube=False, opacity_images=True,
-    shown="reference", swapped=True, slices=True, trackball=True,
+    shown="reference", swapped=True, slices=True, large_slice=0, trackball=True,
     colors_follow_modes=False,
     last_folder="/data", window_geometry="AdnQywAD", editor_share=0.25,
     theme="light", single_keys=False, figure=FigureSettings(0, (850, 1000)),

@@ -3,9 +3,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from mouse_events import action, at, drag
-from PySide6.QtCore import QPoint, QPointF, Qt
+from PySide6.QtCore import QPoint, QPointF, QRect, QSize, Qt
 from PySide6.QtTest import QTest
 
+from app import theme
 from app.image_view.engine_pane import HIGH
 from app.image_view.image_canvas import to_qimage
 from app.state import open_model
@@ -60,6 +61,11 @@ def test_a_background_lies_behind_the_images_and_behind_a_figure(make_window):
         assert all(shown.pixelColor(xs[1], y).getRgb()[:3] == (255, 0, 0) for y in ys)
         found[name] = [shown.pixelColor(xs[0], y).value() for y in ys]
         assert window.saving.first_choice().background == pane.canvas.background
+        # A message can be read on any.
+        pane.canvas.show_message("The engine has failed.", theme.ON_IMAGE.error)
+        middle = QRect(pane.canvas.rect().center() - QPoint(30, 5), QSize(60, 10))
+        assert min(grays(pane.canvas.grab(middle).toImage())) < 30
+        pane.canvas.show_message("")
     assert found["White"] == [255, 255]
     assert 20 < found["Gradient"][1] < found["Gradient"][0] < 130
 
@@ -96,6 +102,11 @@ def test_the_error_is_that_of_the_square_of_the_same_inputs_and_shows_where_it_i
     window.state.set_view(inputs.view)
     window.reference.imageShown.emit(inputs, truth)
     assert color(0.25, 0.25) != plain
+    # The ruler's line lies over it.
+    before = canvas.grab().toImage()
+    window.overlays.subject = replace(window.overlays.subject, line=((0.0,) * 3, (1.0,) * 3))
+    assert canvas.grab().toImage() != before
+    window.overlays.subject = replace(window.overlays.subject, line=())
     window.image_error.is_wanted = not window.image_error.is_wanted
     assert color(0.25, 0.25) == plain
     drawn = np.full((16, 16, 4), 0.5, np.float32)
