@@ -24,7 +24,7 @@ SENTENCES = {
         "How well the shapes of the learned and the exact curve agree: 1 is perfect, 0 is not at "
         "all."
     ),
-    "RMSE": "Root mean squared error over all pixels and colours, from 0 to 1: smaller is better.",
+    "RMSE": "Root mean squared difference of pixels and colours: 0 of equal images, at most 1.",
 }
 """One sentence for each term; the terms are those of the glossary."""
 

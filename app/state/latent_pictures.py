@@ -242,9 +242,11 @@ class LatentPictures(QObject):
             drawn = [index for index, tf in enumerate(asked.tfs) if tf is not None]
             exposures: dict[int, float] = {}
             if asked.cells is None:
-                known = self.grid
-                if known and (known.tfs, known.inputs) == (asked.tfs, asked.inputs):
-                    # Finer pictures of the same TFs keep their brightness.
+                known, request = self.grid, result.request
+                is_traced = isinstance(request, BatchRequest) and request.traced
+                same = known and (known.tfs, known.inputs) == (asked.tfs, asked.inputs)
+                if known and same and not is_traced:
+                    # Finer pictures of the same TFs, in the same light, keep their brightness.
                     exposures = known.exposures
                 else:
                     exposures = dict(zip(drawn, self._exposures(result.value, source), strict=True))

@@ -461,7 +461,9 @@ class Comparison:
     @property
     def title(self) -> str:
         """Meaning of the colours."""
-        return "luminance of B − A" if self.is_of_b else "difference from the ground truth"
+        return (
+            "luminance of B − A, over black" if self.is_of_b else "difference from the ground truth"
+        )
 
 
 def _colors(rgba: Rgba) -> Image:

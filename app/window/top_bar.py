@@ -33,7 +33,12 @@ class TopBar(QWidget):
         self.volume.title = "No volume"
         self.light, self.exactness = light, exactness
         self.compare = IconButton("compare", "Compare", "C", "Two images side by side")
-        self.difference = IconButton("difference", "Difference", "D", "Where the two images differ")
+        self.difference = IconButton(
+            "difference",
+            "Difference",
+            "D",
+            "Where the two images differ; B − A: blue is darker in B, red is brighter",
+        )
         self.browse = IconButton(
             "browse", "Browse TFs", "B", "Pictures of this volume under many TFs"
         )
