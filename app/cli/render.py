@@ -16,7 +16,7 @@ from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs
 from model.scene.mask import Mask
 from model.scene.scene import LightDirection, Lighting, RendererName
-from model.scene.transfer_function import TransferFunction
+from model.scene.transfer_function import OpacityTF, TransferFunction
 from model.scene.view import View
 from model.scene.volume import Volume
 from model.volume_files.source import VolumeSource
@@ -141,11 +141,12 @@ class Render:
         """Return the inputs of the image of a volume under a TF."""
         view = self.view or values.HOME_VIEW
         others = {"light": self.light, "crop": self.crop, "clip": self.clip}
-        mask = None if volume is None else self._mask_of(volume)
+        mask = None if volume is None else self._mask_of(volume, tf.opacity)
         return SceneInputs.of(view, tf, mask=mask, interpolates=self.interpolate, **others)
 
-    def _mask_of(self, volume: Volume) -> Mask | None:
+    def _mask_of(self, volume: Volume, opacity: OpacityTF) -> Mask | None:
         from app.cli.console import warn
+        from model.rendering.pieces import with_edge
         from model.volume_files.masks import read_labels
 
         if self.mask is None:
@@ -155,7 +156,10 @@ class Render:
         found = read_labels(self.mask, volume)
         if found.note:
             warn(found.note)
-        return found.mask(found.named_by(self.labels) if self.labels else found.values)
+        mask = found.mask(found.named_by(self.labels) if self.labels else found.values)
+        if mask is None or len(found.values) > 1:
+            return mask
+        return with_edge(mask, volume, opacity)
 
     def _of_session(self, path: Path) -> Render:
         """Take missing options from a session: volume, view, TF, light, crop, mask, legend."""

@@ -21,6 +21,7 @@ from app.window.sessions import Sessions
 from app.window.volume_dialogs import ContentsDialog, LabelsDialog, PropertiesDialog
 from model.errors import TfscopeError, TransferFunctionError, VolumeError
 from model.networks.card import MODEL_FILE
+from model.rendering.pieces import with_edge
 from model.rendering.scale_bar import volume_text
 from model.scene.mask import Mask
 from model.scene.scene import Scene
@@ -190,8 +191,15 @@ class Files(QObject):
         LabelsDialog(labels, shown, partial(self._show_labels, labels), self._window).open()
 
     def _show_labels(self, labels: LabelMap, chosen: Collection[float]) -> None:
-        take = partial(self._take_mask, labels, len(chosen))
-        self._masks.ask(lambda: partial(take, labels.mask(chosen)))
+        opened, tf = self._workspace.opened, self._context.state.transfer_function
+
+        def make() -> Callable[[], object]:
+            mask = labels.mask(chosen)
+            if mask is not None and opened is not None and len(labels.values) == 1:
+                mask = with_edge(mask, opened.volume, tf.opacity)
+            return partial(self._take_mask, labels, len(chosen), mask)
+
+        self._masks.ask(make)
 
     def _take_mask(self, labels: LabelMap, count: int, mask: Mask | None) -> None:
         self._context.state.mask_input.set(mask, f"open {labels.name}")

@@ -10,7 +10,7 @@ from model.errors import TfscopeError
 from model.rendering.ray_places import VISIBLE, places_along, values_at
 from model.scene.inputs import SceneInputs
 from model.scene.mask import Mask, grown, masked_voxels
-from model.scene.transfer_function import TF_SAMPLES, Range
+from model.scene.transfer_function import TF_SAMPLES, OpacityTF, Range
 from model.scene.volume import Volume
 
 LEAST_OPACITY = 0.005  # share of the TF's largest opacity from which values count as visible
@@ -18,6 +18,7 @@ BAND = 0.25  # share of a band's largest opacity at which the band ends
 SKIN = 0.1  # least size of a listed band's piece, as a share of that of the TF's band
 ALIKE = 0.98  # share of the connected voxels from which a band is not a separate piece
 LEAST_COUNT = 8  # voxels of a piece: two along each axis, as noise makes smaller ones
+ALL_AROUND = 0.9  # least share of the voxels around a piece whose values are not the piece's
 NEAR = 2  # voxels from a point, along each axis, within which its piece begins
 LAST, TINY = TF_SAMPLES - 1, 1e-12
 MOST_VOXELS = 1 << 24  # most cells of the grid for the search; larger volumes are thinned
@@ -28,7 +29,8 @@ class Piece:
     """Voxels that are connected to a point.
 
     The mask's edge is one layer around them that belongs to no other piece: there the surface fades
-    by the TF, without a cut.
+    by the TF, without a cut. What is more opaque than the surface, such as bone beside a vessel, is
+    no part of it.
     """
 
     voxels: Mask
@@ -98,16 +100,19 @@ def pieces_at(
     is_cut = abs(at - first - seed).max() > NEAR
     opacity = inputs.opacity_tf.sample(volume.scalar_range).astype(np.float64)
     opacity[opacity < max(LEAST_OPACITY * opacity.max(), TINY)] = 0
-    steps = np.diff(np.concatenate([[0], (opacity > 0).astype(np.int8), [0]]))
-    runs = [(int(a), int(b) - 1) for a, b in np.flatnonzero(steps).reshape(-1, 2)]
+    runs = _runs(opacity > 0)
 
-    def piece_of(visible: NDArray[np.bool_], start: NDArray[np.int64], band: Range | None) -> Piece:
+    def piece_of(
+        visible: NDArray[np.bool_], start: NDArray[np.int64], band: tuple[int, int] | None
+    ) -> Piece:
         inside, box = _connected(visible, start)
+        around = grown(inside, visible[box]) & ~inside
         whole, edge = np.zeros((2, *volume.voxels.shape), dtype=bool)
-        whole[part][box] = grown(inside, visible[box])
-        edge[part][box] = whole[part][box] & ~inside
-        mask = Mask(volume.voxels.shape, *(np.packbits(each).tobytes() for each in (whole, edge)))
-        return Piece(mask, int(np.count_nonzero(inside)), band)
+        whole[part][box] = inside
+        edge[part][box] = around & _fading(voxels[box], band or (0, LAST), opacity, volume)
+        count, ends = int(np.count_nonzero(inside)), np.array(band or (0, 0))
+        values = None if band is None else tuple((lo + (hi - lo) * ends / LAST).tolist())
+        return Piece(_with_edge(whole, edge), count, values)
 
     visible = _of_values(voxels, runs, volume) & shown
     low = np.maximum(seed - NEAR, 0)
@@ -117,13 +122,13 @@ def pieces_at(
     if not len(near):
         raise TfscopeError("The TF shows nothing here; click something that is visible.")
     near = near[np.argsort(((near - seed) ** 2).sum(axis=1), kind="stable")]
-    found = [piece_of(visible, near[0], None)]
     lo, hi = volume.scalar_range
+    found = [piece_of(visible, near[0], None)]
     # The value at the point and those of voxels: interpolated values may belong to neither.
     values = np.append(
         values_at(volume, place[None], inputs.is_nearest(volume)), voxels[tuple(near.T)]
     )
-    bins = np.rint(LAST * np.clip((values.astype(np.float64) - lo) / (hi - lo), 0, 1)).astype(int)
+    bins = _bins(values, volume)
 
     def part_of(bands: Iterable[tuple[int, int]]) -> list[Piece]:
         for band in bands:
@@ -131,9 +136,8 @@ def pieces_at(
             if runs == [band]:
                 break
             if len(within):
-                start, stop = (lo + (hi - lo) * each / LAST for each in band)
                 of_band = _of_values(voxels, [band], volume) & visible
-                return [piece_of(of_band, within[0], (start, stop))]
+                return [piece_of(of_band, within[0], band)]
         return []
 
     ends = np.rint(LAST * (np.reshape(listed, (-1, 2)) - lo) / (hi - lo)).astype(int).tolist()
@@ -148,6 +152,55 @@ def pieces_at(
             "What is connected here is too small, perhaps noise; click another place."
         )
     return large
+
+
+def with_edge(mask: Mask, volume: Volume, opacity_tf: OpacityTF) -> Mask:
+    """Return an opened mask with the edge of a piece, if it is one of a single band of values.
+
+    What was outlined by hand has its values around it, too, and stays as it is.
+    """
+    piece, voxels = mask.shown, volume.shown
+    values, around = voxels[piece], grown(piece, piece) & ~piece
+    ends = values.min(), values.max()
+    edge = around & ((voxels < ends[0]) | (voxels > ends[1]))
+    if edge.sum() < ALL_AROUND * around.sum():
+        return mask
+    first, last = _bins(np.array(ends), volume)
+    opacity = opacity_tf.sample(volume.scalar_range).astype(np.float64)
+    return _with_edge(piece, edge & _fading(voxels, (first, last), opacity, volume))
+
+
+def _with_edge(piece: NDArray[np.bool_], edge: NDArray[np.bool_]) -> Mask:
+    nz, ny, nx = piece.shape
+    both = (np.packbits(each).tobytes() for each in (piece | edge, edge))
+    return Mask((nz, ny, nx), *both)
+
+
+def _fading(
+    voxels: NDArray[np.generic], band: tuple[int, int], opacity: NDArray[np.float64], volume: Volume
+) -> NDArray[np.bool_]:
+    """Return which voxels are in a band of bins, near it, or no more opaque than its nearer end."""
+    if volume.file.is_labels:
+        # Between labels nothing fades.
+        return np.zeros(voxels.shape, dtype=bool)
+    first, last = band
+    fades = opacity <= np.where(np.arange(len(opacity)) < first, opacity[first], opacity[last])
+    # The band's own material has values beyond it, too, in which its surface would have holes.
+    near = (last - first) // 2
+    fades[max(first - near, 0) : last + near + 1] = True
+    return _of_values(voxels, _runs(fades), volume)
+
+
+def _bins(values: NDArray[np.generic], volume: Volume) -> NDArray[np.int64]:
+    lo, hi = volume.scalar_range
+    shares = np.clip((values.astype(np.float64) - lo) / (hi - lo), 0, 1)
+    return np.rint(LAST * shares).astype(np.int64)
+
+
+def _runs(bins: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """Return the first and last bins of each run of selected ones."""
+    steps = np.diff(np.concatenate([[0], bins.astype(np.int8), [0]]))
+    return [(int(a), int(b) - 1) for a, b in np.flatnonzero(steps).reshape(-1, 2)]
 
 
 def _band_around(opacity: NDArray[np.float64], bin_: int) -> tuple[int, int]:

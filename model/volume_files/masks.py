@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from model.errors import TfscopeError, VolumeError, os_errors_as
 from model.files import write_atomically
 from model.scene.distribution import Distribution
-from model.scene.mask import Mask, grown
+from model.scene.mask import Mask
 from model.scene.volume import Label, Volume
 from model.volume_files import read_volume
 from model.volume_files.checks import times
@@ -25,7 +25,6 @@ MOST_COUNTED = 1 << 16  # largest difference of values that are counted one by o
 MOST_NAMED = 12  # number of values that an error names
 ALIKE = 0.5  # distance in voxels up to which two grids count as the same
 EDGE = np.uint8(2)  # label of a stored mask's edge
-PIECE = 0.9  # least share of the voxels around a piece whose values are not the piece's
 WIDEST = 1 << 15  # number of voxels along an axis that NIfTI-1 can no longer store
 
 
@@ -38,7 +37,6 @@ class LabelMap:
     values: tuple[float, ...]  # existing labels
     named: tuple[Label, ...] = ()  # labels that the file names or colours
     note: str = ""  # how they were resampled onto the volume's grid, if so
-    edge: NDArray[np.bool_] | None = None  # voxels around a piece where its surface fades
 
     def label(self, value: float) -> Label:
         """Return what the file says of a value."""
@@ -73,11 +71,7 @@ class LabelMap:
 
     def mask(self, shown: Collection[float]) -> Mask | None:
         """Return the mask that shows some labels; None shows all voxels."""
-        voxels = np.isin(self.voxels, np.array([*shown], dtype=self.voxels.dtype))
-        mask, edge = Mask.of(voxels), self.edge
-        if mask is None or edge is None:
-            return mask
-        return Mask(mask.shape, np.packbits(voxels | edge).tobytes(), np.packbits(edge).tobytes())
+        return Mask.of(np.isin(self.voxels, np.array([*shown], dtype=self.voxels.dtype)))
 
     def shown_by(self, mask: Mask | None) -> Collection[float]:
         """Return the labels that a mask shows at least in part; all if it shows none."""
@@ -105,21 +99,7 @@ def read_labels(path: Path, volume: Volume, is_kept: bool = False) -> LabelMap:
             "choose a mask or a volume of labels."
         )
     found = tuple(float(value) for value in values if value != 0)
-    edge = None if is_kept or len(found) > 1 else _edge_of(voxels != 0, volume)
-    return LabelMap(labels.name, voxels, found, labels.file.labels, note, edge)
-
-
-def _edge_of(piece: NDArray[np.bool_], volume: Volume) -> NDArray[np.bool_] | None:
-    """Return the voxels around a piece of one range of values, None for what is no such piece.
-
-    What was outlined by hand has its values around it, too, and is shown as it is.
-    """
-    if volume.file.is_labels or not piece.any():
-        return None
-    values = volume.shown[piece]
-    around = grown(piece, piece) & ~piece
-    edge = around & ((volume.shown < values.min()) | (volume.shown > values.max()))
-    return edge if edge.sum() >= max(PIECE * around.sum(), 1) else None
+    return LabelMap(labels.name, voxels, found, labels.file.labels, note)
 
 
 def _values(voxels: NDArray[np.generic]) -> NDArray[np.generic]:

@@ -5,7 +5,7 @@ import pytest
 
 from model.errors import TfscopeError
 from model.rendering import pieces
-from model.rendering.pieces import pieces_at, pieces_under
+from model.rendering.pieces import pieces_at, pieces_under, with_edge
 from model.rendering.scale_bar import volume_text
 from model.scene.clip_plane import ClipPlane
 from model.scene.crop import CropBox
@@ -45,10 +45,18 @@ def test_a_piece_is_what_touches_and_a_voxel_around_it():
     expected = np.zeros((20,) * 3, bool)
     expected[1:9, 1:9, 1:9] = True
     np.testing.assert_array_equal(whole.voxels.shown, expected)
-    # In the band of the core's values there is the core alone.
+    # In the band of the core's values there is the core alone. Towards what is more opaque than the
+    # band's end, the surface does not fade: there is no edge.
     assert core.count == 3**3 and core.values[0] > 150
-    np.testing.assert_array_equal(np.argwhere(core.voxels.shown).min(0), [2, 2, 2])
-    np.testing.assert_array_equal(np.argwhere(core.voxels.shown).max(0), [6, 6, 6])
+    np.testing.assert_array_equal(core.voxels.shown[:9], volume().voxels[:9] == 220)
+    shell = pieces_at(volume(), inputs(), at(2, 4, 4))[1]
+    assert shell.count == 6**3 - 3**3
+    np.testing.assert_array_equal(shell.voxels.shown, expected & (volume().voxels != 220))
+    for piece in (whole, shell):
+        assert with_edge(piece.voxels.exact, volume(), TWO) == piece.voxels
+    # Neither has what does not end where its values do.
+    half = Mask.of(shell.voxels.exact.shown & (np.indices((20,) * 3)[0] < 5))
+    assert with_edge(half, volume(), TWO) == half
 
 
 def test_alone_and_cut_leave_what_a_mask_leaves():
@@ -135,7 +143,7 @@ def test_specks_by_the_thousand_and_two_slices_have_pieces():
     # A label may be as small.
     (piece,) = pieces_at(replace(specks, file=FileFacts(is_labels=True)), inputs(), place)
     assert piece.count == 1 and piece.voxels.shown[4, 4, 4]
-    assert np.count_nonzero(piece.voxels.shown) == 27 - 12
+    assert np.count_nonzero(piece.voxels.shown) == 1
     voxels = np.zeros((2, 9, 9), np.uint8)
     voxels[:, 2:5, 2:5] = 100
     (piece,) = pieces_at(Volume(voxels).over(RANGE), inputs(), np.array([3 / 8, 3 / 8, 1.0]))
