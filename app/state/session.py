@@ -38,6 +38,7 @@ class SessionContent:
     wipe: Share | None = None  # A's share of the width, where A and B are in one image
     pane: PaneName = "A"  # the edited one of A and B
     line: tuple[Place, Place] | None = None  # ends of the measured line
+    difference: bool = False  # whether the difference of the images is shown
 
 
 @dataclass(frozen=True)

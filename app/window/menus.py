@@ -175,6 +175,7 @@ class Menus:
 
         def refresh() -> None:
             compare.setChecked(len(panes.images) > 1 or panes.wipes)
+            difference.setChecked(error.is_wanted)
             browsing.setChecked(latent.choices.shown)
             self._cropping.setChecked(crop.is_shown)
 

@@ -15,10 +15,11 @@ from app.state.session import SUFFIX, Session, SessionContent, SessionError, kep
 from app.state.settings import ImageSettings, SessionSettings, part_of
 from app.state.volume_opening import Wanted
 from app.window.context import VOLUME_FILTER, Context, ask_for_file, ask_for_place
-from app.window.overlays import Overlays
+from app.window.overlays import ImageError, Overlays
 from app.window.window_memory import WindowMemory
 from model.errors import TfscopeError
 from model.scene.mask import Mask
+from model.scene.slices import MIDDLE
 from model.scene.volume import Volume
 from model.volume_files.choice import Choice
 from model.volume_files.masks import write_mask
@@ -39,12 +40,17 @@ class Sessions(QObject):
     """Saves and opens sessions; the memory that one overwrites is first saved as another."""
 
     def __init__(
-        self, context: Context, overlays: Overlays, memory: WindowMemory, wipe: WipeLine
+        self,
+        context: Context,
+        overlays: Overlays,
+        memory: WindowMemory,
+        wipe: WipeLine,
+        error: ImageError,
     ) -> None:
         super().__init__(context.window)
         self._context, self._workspace = context, context.workspace
         self._preferences = context.preferences
-        self._overlays, self._memory, self._wipe = overlays, memory, wipe
+        self._overlays, self._memory, self._wipe, self._error = overlays, memory, wipe, error
         folder = self._preferences.folder
         self._before_path = None if folder is None else folder / BEFORE
         self._awaited: tuple[Path, Session] | None = None
@@ -101,9 +107,11 @@ class Sessions(QObject):
         look_b = tf_input.look
         if tf_input.compares and look_b.lighting is not None:
             look_b = replace(look_b, lighting=work.wanted_b.lighting)
+        known = self._preferences.volume(opened.fingerprint)
         memory = replace(
-            self._preferences.volume(opened.fingerprint),
+            known,
             **NOT_HELD,
+            cross_hair=known.cross_hair or MIDDLE,
             tf=tf_input.of("A"),
             tf_b=tf_input.of("B"),
             compares=tf_input.compares,
@@ -119,7 +127,10 @@ class Sessions(QObject):
         wipe = self._wipe.share if self._wipe.is_shown else None
         line = self._overlays.subject.line
         ends = (line[0], line[1]) if len(line) == 2 else None
-        content = SessionContent(memory, settings, choices, kept, latent, wipe, tf_input.pane, ends)
+        edited, difference = tf_input.pane, self._error.is_wanted
+        content = SessionContent(
+            memory, settings, choices, kept, latent, wipe, edited, ends, difference
+        )
         return Session(opened.path, opened.fingerprint, content, self._workspace.model.folder)
 
     def open(self, path: Path, volume: Path | None = None) -> None:
@@ -191,6 +202,7 @@ class Sessions(QObject):
         context, content, reference = self._context, session.content, self._workspace.reference
         memory, settings = content.memory, content.settings
         self._preferences.set(**vars(settings))
+        self._error.is_wanted = content.difference
         # At once, as showing or hiding an image is remembered.
         self._memory.restore_panes()
         # The volume's memory has the light already, and it cannot be undone.

@@ -134,7 +134,9 @@ class WindowParts(QMainWindow):
         self.memory = WindowMemory(
             self, self._splitter, self.panes, self.state, self.editor.moves, self.preferences
         )
-        self.sessions = Sessions(self.context, self.overlays, self.memory, self.wipe)
+        self.sessions = Sessions(
+            self.context, self.overlays, self.memory, self.wipe, self.image_error
+        )
         self.files = Files(self.context, self.sessions, self.editor.range.show_small_range)
         self.saving = FigureSaving(self.context, self.overlays, self.image_error)
         self.empty_card = EmptyCard(self.context, self.files)

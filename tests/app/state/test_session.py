@@ -29,6 +29,7 @@ CONTENT = SessionContent(
     0.3,
     "B",
     ((0.1, 0.2, 0.3), (1.0, 0.0, 0.5)),
+    True,
 )
 """None of them the usual value."""
 

@@ -96,15 +96,17 @@ def test_all_comes_back(qtbot, start_again, builders, volume, tmp_path):
     window.state.tf_input.compare(True)
     window.panes.show_b(True, True)
     window.wipe.put(0.3)
+    window.top_bar.difference.click()
     saved = window.sessions.session()
-    assert (saved.content.wipe, saved.content.pane) == (0.3, "B")
+    assert (saved.content.wipe, saved.content.pane, saved.content.difference) == (0.3, "B", True)
     window.sessions.save(path)
     window.wipe.put(0.6)
+    window.top_bar.difference.click()
     window.panes.show_b(True, False)
     window.state.tf_input.compare(False)
     window.workspace.reference.choose(lighting="none")
     open_session(qtbot, window, path)
-    assert window.sessions.session() == saved
+    assert window.sessions.session() == saved and window.top_bar.difference.isChecked()
 
 
 def test_differences_are_reported(qtbot, start_again, builders, volume, tmp_path, monkeypatch):
