@@ -17,8 +17,7 @@ from app.engines.requests import ValueVisibilityRequest
 from app.image_view.engine_pane import EnginePane
 from app.image_view.image_canvas import ImageCanvas, picture_on
 from app.number_box import short
-from app.sensitivity_view.findings import change_text
-from app.sensitivity_view.what_if import RenderedEdit
+from app.sensitivity_view.what_if import RenderedEdit, effect_text
 from app.state.sensitivity_asker import Answer, SensitivityAsker
 from app.state.sensitivity_state import SensitivityState
 from model.rendering.raster import middle_square
@@ -203,7 +202,7 @@ class FieldCover(QObject):
         colored = display.overlay(what_if.image, difference, self.scale, "signed")
         self._caption = f"{short(self.scale)} brighter with {edit}"
         self._show(colored, "signed", "change by the edit")
-        detail = f"{edit}: RMS change {change_text(what_if.rmse)} ({answer.source})"
+        detail = f"{edit}: {effect_text(what_if)} ({answer.source})"
         self.pane.name_cover("What if", detail, self._caption)
 
     def _take_image(self, inputs: SceneInputs, image: NDArray[np.float32]) -> None:

@@ -168,13 +168,17 @@ def _edit(asker: SensitivityAsker, number: int, interval: Interval) -> tuple[Row
     choices, write = asker.asked.choices, asker.state.value_text
     at = write(interval.value)
     change = interval.predicted(choices.height)
-    size = change_text(change)
-    words = {"change": "changes", "signed": "brighter" if change > 0 else "darker"}
-    word = words[choices.measure]
+    effect = brightness_text(change)
+    if choices.measure == "change":
+        effect = f"changes by {change_text(change)}"
     tip = EDIT_TIP.format(write(interval.low), write(interval.high))
-    effect = f"{word} by {size}"
     row = Row((at, effect), tip, badge=str(number))
     return row, (effect, f"Edit {number} at {at}, {effect}; Enter adds it")
+
+
+def brightness_text(change: float) -> str:
+    """Write a change of brightness, 0 to 1, to a thousandth."""
+    return f"{'brighter' if change > 0 else 'darker'} by {change_text(change)}"
 
 
 def change_text(change: float) -> str:

@@ -398,8 +398,10 @@ class PlaceLabel(Card):
             self._links = "".join(pieces) if asker.pick else ""
         nothing = "Nothing visible here" if asker.pick else asker.waiting
         rows = rows or (self._links and f"<tr><td>{nothing}</td></tr>")
+        # While one image wipes the other, both lie here.
+        whose = f"<tr><td>In {asker.state.tf_input.pane}</td></tr>" if self._canvas.wiped else ""
         # Links are above the values, whose number changes, so that no click misses them.
-        self.text.setText(f"<table>{self._links}{rows}</table>" if rows else nothing)
+        self.text.setText(f"<table>{whose}{self._links}{rows}</table>" if rows else nothing)
         said = ", ".join(" ".join(line) for line in lines)
         self.setAccessibleName(f"Values here: {said or nothing}")
         self._last = place

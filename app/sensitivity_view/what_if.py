@@ -15,7 +15,7 @@ from app.engines.client import Channels, EngineName
 from app.engines.messages import Result
 from app.engines.requests import BatchRequest
 from app.number_box import short
-from app.sensitivity_view.findings import change_text
+from app.sensitivity_view.findings import brightness_text, change_text
 from app.sensitivity_view.response_layer import ResponseLayer
 from app.state.sensitivity_asker import BAND_REST_MS, SensitivityAsker, Source
 from app.tf_editor.unit_axis import WIDTHS
@@ -180,7 +180,7 @@ class WhatIfQuestion(QObject):
             self.shown = answer
         # The exact one first, whichever engine answers first.
         answers = sorted(self._answers.values(), key=lambda each: each.source == "learned")
-        self._say(f"At {self._at}: RMS change {', '.join(map(_said, answers))}")
+        self._say(f"At {self._at}: {', '.join(map(_said, answers))}")
 
     def _note_edit(self, edit: NDArray[np.float32]) -> None:
         """Describe an edit by value, opacity and width, as the numbers of a mode do."""
@@ -213,7 +213,12 @@ class WhatIfQuestion(QObject):
 def _said(answer: RenderedEdit) -> str:
     predicted = answer.what_if.predicted
     said = "" if predicted is None else f"; predicted {change_text(predicted)}"
-    return f"{change_text(answer.what_if.rmse)} ({answer.source}{said})"
+    return f"{effect_text(answer.what_if)} ({answer.source}{said})"
+
+
+def effect_text(found: WhatIf) -> str:
+    """Write what an edit does to the region."""
+    return f"{brightness_text(found.brighter)}, RMS change {change_text(found.rmse)}"
 
 
 Emphasis = Literal["raise", "lower", "isolate"]

@@ -19,6 +19,7 @@ class WhatIf:
     difference: NDArray[np.float32]  # from the image without it
     rmse: float  # of the difference, over the region
     predicted: float | None = None  # `rmse` to first order; None if unknown
+    brighter: float = 0.0  # change of the root mean square of the region's colours
 
 
 def edited(inputs: SceneInputs, edit: NDArray[np.floating], height: float) -> SceneInputs:
@@ -37,8 +38,11 @@ def compare(
     """Compare two images (S, S, 3 or 4) over a region's pixels (S, S)."""
     one, other = before[..., :3], after[..., :3]
     difference = other - one
-    rmse = float(np.sqrt(np.square(difference[mask], dtype=np.float64).mean()))
-    return WhatIf(other, difference, rmse, predicted)
+    dark, bright, rmse = (
+        float(np.sqrt(np.square(each[mask], dtype=np.float64).mean()))
+        for each in (one, other, difference)
+    )
+    return WhatIf(other, difference, rmse, predicted, bright - dark)
 
 
 def predicted_rmse(

@@ -397,7 +397,8 @@ def test_what_if_shows_the_edit_while_the_key_is_held(qtbot, window):
     qtbot.waitUntil(lambda: window.generator.canvas.cover is not None)
     assert window.sensitivity.exact.caption.startswith(".1 brighter with +.05 opacity")
     # The fake's second image is .1 brighter than the first.
-    assert "RMS change .1 (exact" in what_if.result and ".1 (learned" in what_if.result
+    assert "brighter by .1, RMS change .1 (exact" in what_if.result
+    assert "brighter by .1, RMS change .1 (learned" in what_if.result
     # Without a band, the mode is at the first value of the list.
     value = window.sensitivity.responses.peaks.intervals[0].value
     tried = float(what_if.result.removeprefix("At ").partition(" K:")[0])

@@ -340,6 +340,9 @@ def test_in_one_image_the_line_divides_a_from_b(qtbot, window):
     after, at = a.grab().toImage(), round(0.7 * a.width())
     assert line.isVisible() and before.pixelColor(at - 40, row) == after.pixelColor(at - 40, row)
     assert before.pixelColor(at + 40, row) != after.pixelColor(at + 40, row)
+    # Both lie there, so that the label of values names its own.
+    QTest.mouseClick(a, LEFT, pos=QPoint(round(0.4 * a.width()), row))
+    qtbot.waitUntil(lambda: ">In A<" in window.sensitivity.labels[1].text.text())
 
 
 def test_sessions_and_the_next_run_bring_b_back(qtbot, start_again, tmp_path):
