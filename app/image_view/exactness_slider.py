@@ -111,7 +111,7 @@ WIDTH, POPOVER_WIDTH, PLOT_HEIGHT = 76, 400, 140  # of the slider, and of what i
 WAITING = "Measured as soon as the image at rest is complete."
 MEASURING = "Measuring {} of {} …"
 MEASURED = "Measured in this scene, with {} × {} pixels at rest."
-STILL = "\nIn all pixels, a moving image differs by {} from that at rest, which {}."
+STILL = "\nIn all pixels, a moving image differs by {}\nfrom that at rest, which {}."
 
 WIDEST, UNKNOWN = "999 / s, error .0000", "measure speed"
 """The longest text, so that nothing moves as it changes, and the text without numbers."""

@@ -106,7 +106,8 @@ def test_all_stops_are_measured_while_it_is_open(qtbot, make_window, builders):
     *coarse, last = trade_off.found
     trade_off.found = *coarse, replace(last, error=0.0054)
     popover.refresh()
-    assert "image differs by .0054 from that at rest, which VTK draws" in popover.status.text()
+    assert "image differs by .0054\nfrom that at rest, which VTK draws" in popover.status.text()
+    assert popover.status.sizeHint().width() <= popover.status.width()
     texts = [each for each in popover.plot.items() if isinstance(each, pg.TextItem)]
     marked = {each.toPlainText(): each.pos() for each in texts}
     assert {name: round(10 ** at.x(), 3) for name, at in marked.items()} == {
