@@ -105,7 +105,9 @@ class Peaks:
             return Peaks()
         scalar_range, low = answer.request.inputs.opacity_tf.scalar_range, asker.window[0]
         window = low, asker.state.scalar_range[1]
+        height = asker.asked.choices.height
         found = strongest_intervals(values, scalar_range, ROWS, window=window)
+        found = tuple(one for one in found if abs(one.predicted(height)) >= LEAST_SHOWN)
         question = answer.request.region, answer.request.measure, scalar_range
         if holds and question == self.question:
             gone = partial(replace, response=0.0)

@@ -105,7 +105,12 @@ def test_another_volume_forgets_the_answers(qtbot, window, builders):
 
 def test_a_flag_adds_the_mode_that_was_listed_or_one_in_a_striking_colour(qtbot, window):
     before = window.state.transfer_function
-    (interval,) = window.sensitivity.responses.peaks.intervals
+    responses, height = window.sensitivity.responses, window.sensitivity_state.choices.height
+    # What changes less than can be shown is not listed.
+    window.sensitivity_state.choose(height=1e-6)
+    assert not responses.peaks.intervals
+    window.sensitivity_state.choose(height=height)
+    (interval,) = responses.peaks.intervals
     flag = window.sensitivity.responses.flags[0]
     QTest.mouseClick(flag, Qt.MouseButton.LeftButton)
     tf = window.state.transfer_function
