@@ -143,7 +143,8 @@ class SensitivityView(QObject):
         area.recolored.connect(partial(self._refresh, "colors"))
         for changed in (self._editor.resized, self.findings.fitted):
             changed.connect(self._fold)
-        self._editor.resized.connect(partial(self.findings.keep_room, False))
+        for changed in (self._editor.resized, self._workspace.volumeStarted):
+            changed.connect(partial(self.findings.keep_room, False))
         self._workspace.hintChanged.connect(lambda _hint: self._refresh("hint"))
         self._workspace.modelChanged.connect(self._show_source)
         preparation = self._workspace.reference.preparation

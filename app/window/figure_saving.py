@@ -306,8 +306,8 @@ class FigureSaving(QObject):
         size = choice.width, choice.height
         width, height = shown = self.sizes().get(choice.which, size)
         longer, own = 0 if size == shown else max(size), None
-        # Rounded sides may differ by a pixel, a movie's even ones by two.
-        if abs(choice.width * height - choice.height * width) > 2 * max(shown):
+        # Rounded sides may differ by a pixel, a movie's even ones, rounded twice, by three.
+        if abs(choice.width * height - choice.height * width) > 3 * max(shown):
             longer, own = 0, size
         seconds = choice.seconds or (last.seconds if last else 0.0)
         kept = FigureSettings(longer, own, *look, samples, seconds, choice.rate)

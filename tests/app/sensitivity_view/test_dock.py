@@ -62,14 +62,19 @@ def test_a_region_opens_the_panel_and_escape_closes_both(qtbot, window):
     assert findings.geometry() == box
     area.widget.setAttribute(Qt.WidgetAttribute.WA_UnderMouse, False)
     QTest.keyClick(window, Qt.Key.Key_F8)
-    # In a window of another size it has room of its own at once.
+    # In a window of another size, and with another volume, it has room of its own at once.
     area.widget.setAttribute(Qt.WidgetAttribute.WA_UnderMouse)
     QTest.keyClick(window, Qt.Key.Key_F8)
     resize(qtbot, window, 1290, 800)
     assert findings.geometry().right() == 1289 and area.rect.width() == narrow + 10
     area.widget.setAttribute(Qt.WidgetAttribute.WA_UnderMouse, False)
     resize(qtbot, window, 1280, 800)
+    area.widget.setAttribute(Qt.WidgetAttribute.WA_UnderMouse)
     findings.close_button.click()
+    assert area.rect.width() == narrow
+    window.workspace.volumeStarted.emit()
+    assert area.rect == before
+    area.widget.setAttribute(Qt.WidgetAttribute.WA_UnderMouse, False)
     # The button, the key and the panel's own one do it, too.
     window.sensitivity.chips.panel.click()
     assert findings.isVisible()
