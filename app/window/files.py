@@ -299,7 +299,7 @@ class Files(QObject):
             self._offer_volume(folder, self._workspace.library.scene_of(folder))
             if before is not None and opened is not None:
                 text = f"{opened.volume.name} was opened because the model was trained on it."
-                back = Action(f"Back to {before.name}", partial(self.open_volume, before))
+                back = Action("Go back", partial(self.open_volume, before))
                 self._notices.add(text, back, key=VOLUME_OFFER)
 
     def _offer_volume(self, folder: Path, scene: Scene | None) -> None:
@@ -314,7 +314,7 @@ class Files(QObject):
         if volume is None:
             text += " Open that volume to see the model's images."
         else:
-            actions.insert(0, Action(f"Open {volume.name}", partial(self.open_volume, volume)))
+            actions.insert(0, Action("Open it", partial(self.open_volume, volume)))
         self._notices.add(text, *actions, key=VOLUME_OFFER)
 
     def _is_open(self, scene: Scene) -> bool:

@@ -71,7 +71,7 @@ def test_a_model_offers_its_volume_and_comes_back_with_it(qtbot, window, builder
     window.files.open_model(folder)
     assert "'other'" in window.notice.text
     with qtbot.waitSignal(window.workspace.volumeStarted):
-        notice_buttons(window)["Open other.nrrd"].click()
+        notice_buttons(window)["Open it"].click()
     assert window.workspace.model.folder == folder
     assert window.notice.text == ""
     qtbot.waitUntil(lambda: window.preferences.recent("models") == [folder])

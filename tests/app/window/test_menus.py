@@ -61,7 +61,7 @@ def test_a_shipped_network_opens_with_its_volume(
     qtbot.waitUntil(lambda: bool(builders.generators))
     qtbot.waitUntil(lambda: window.workspace.is_settled)
     assert [path.name for path in opened] == ["ramp.nrrd"]
-    assert "ramp was opened" in window.notice.text and "Back to other" in notice_buttons(window)
+    assert "ramp was opened" in window.notice.text and "Go back" in notice_buttons(window)
     assert visible(menu) == ["Ramp, no light", "Open model…", "Close the model", "Recent models"]
     assert menu.actions()[0].isChecked()
 
