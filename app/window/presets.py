@@ -30,7 +30,7 @@ class Presets(QObject):
 
     def __init__(self, menu: PresetMenu, context: Context) -> None:
         super().__init__(menu)
-        self._context, self._state = context, context.state
+        self._menu, self._context, self._state = menu, context, context.state
         self._folder = context.preferences.folder
         self._pictures = SmallPictures("presets", Quality(PICTURE), context, menu.set_pictures)
         menu.own = self._own
@@ -49,7 +49,11 @@ class Presets(QObject):
         name, folder = preset_name(text), self._folder
         if not is_given or not name or folder is None:
             return
-        is_there, buttons = name in own_presets(folder), QMessageBox.StandardButton
+        own, buttons = own_presets(folder).keys(), QMessageBox.StandardButton
+        if name in {each.name for each in self._menu.listed()} - own:
+            # The volume's own one stays, and the menu has each name once.
+            name = f"{name} 2"
+        is_there = name in own
         question = f"The preset {name} exists. Replace it?"
         if is_there and QMessageBox.question(window, "Replace", question) != buttons.Yes:
             return

@@ -96,6 +96,9 @@ def test_the_users_own_presets_are_kept_replaced_and_removed(make_window, tmp_pa
     assert "Skull_ thin.json: the preset cannot be removed (busy)" in window.notice.text
     removal.actions()[0].trigger()
     assert names() == shipped
+    # Names of shipped ones are theirs.
+    save("Skin", 140.0)
+    assert "Skin" in shipped and names() == [*shipped, "Skin 2"]
 
 
 WIDE = (0.0, 65535.0)
