@@ -213,9 +213,12 @@ class Workspace(QObject):
         memory = self._start_memory(opened)
         self._is_restored = memory.tf is not None
         self.latent.session.start_volume(volume, opened.window)
+        is_other = before is None or before.fingerprint != opened.fingerprint
+        # With the volume, or before it.
+        is_chosen = wanted.model is not None or (is_other and folder == self.model.folder)
+        is_chosen = is_chosen and folder is not None and wanted.memory is None
         if folder != self.model.folder:
             self.open_model(folder)
-        is_chosen = wanted.model is not None and wanted.memory is None
         self.model.shows_image = None if is_chosen else memory.shows_model
         proposed = "auto" if sample is None or wanted.model is not None else sample.lighting
         self.reference.start(volume, self.model.volume_scene, proposed)
@@ -242,6 +245,9 @@ class Workspace(QObject):
         if self.is_next and tf_input.compares and memory.tf_b is None:
             others |= {"compares": True, "tf_b": tf_input.of("B"), "look_b": tf_input.look}
             tf = tf or tf_input.of("A")
+        if is_chosen:
+            # B would take the place of the model's image.
+            others["compares"] = False
         self._state.start_volume(opened.default, tf, others, volume.file, volume.units)
         by = {"raw_layout": wanted.raw, "choice": wanted.choice}
         self.keep(**{name: each.text for name, each in by.items() if each is not None})

@@ -129,6 +129,8 @@ class Files(QObject):
                 # The model does not draw this light: it is opened to be seen.
                 reference.choose(lighting="auto")
             self._workspace.open_model(folder)
+            # B would take the place of the model's image.
+            self._context.state.tf_input.compare(False)
             self._offer_volume(folder, scene)
         else:
             self._replaced = None if opened is None else opened.path

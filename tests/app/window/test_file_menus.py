@@ -68,11 +68,18 @@ def test_a_model_offers_its_volume_and_comes_back_with_it(qtbot, window, builder
     place = tmp_path / "other.nrrd"
     place.touch()
     folder = make_model(tmp_path / "model", "other", 300.0)
+    # Left with B, which makes way for the model's image.
+    act_until(qtbot, window.workspace.volumeStarted, window.files.open_volume, place)
+    window.state.tf_input.compare(True)
+    act_until(qtbot, window.workspace.volumeStarted, window.files.open_volume, Path("ramp"))
     window.files.open_model(folder)
     assert "'other'" in window.notice.text
     with qtbot.waitSignal(window.workspace.volumeStarted):
         notice_buttons(window)["Open it"].click()
-    assert window.workspace.model.folder == folder
+    assert window.workspace.model.folder == folder and not window.state.tf_input.compares
+    window.state.tf_input.compare(True)
+    window.files.open_model(folder)
+    assert not window.state.tf_input.compares
     assert window.notice.text == ""
     qtbot.waitUntil(lambda: window.preferences.recent("models") == [folder])
     known = window.preferences.volume(other.fingerprint)
