@@ -98,8 +98,7 @@ def pieces_at(
     at = np.rint(place[::-1] * last).astype(int)
     seed = np.clip(at, first, end) - first
     is_cut = abs(at - first - seed).max() > NEAR
-    opacity = inputs.opacity_tf.sample(volume.scalar_range).astype(np.float64)
-    opacity[opacity < max(LEAST_OPACITY * opacity.max(), TINY)] = 0
+    opacity = _opacity(inputs.opacity_tf, volume)
     runs = _runs(opacity > 0)
 
     def piece_of(
@@ -155,18 +154,18 @@ def pieces_at(
 
 
 def with_edge(mask: Mask, volume: Volume, opacity_tf: OpacityTF) -> Mask:
-    """Return an opened mask with the edge of a piece, if it is one of a single band of values.
+    """Return an opened mask with the edge of a piece, if it is one of visible or a band's values.
 
     What was outlined by hand has its values around it, too, and stays as it is.
     """
     piece, voxels = mask.shown, volume.shown
     values, around = voxels[piece], grown(piece, piece) & ~piece
-    ends = values.min(), values.max()
-    edge = around & ((voxels < ends[0]) | (voxels > ends[1]))
+    ends, opacity = (values.min(), values.max()), _opacity(opacity_tf, volume)
+    is_visible = _of_values(voxels, _runs(opacity > 0), volume)
+    edge = around & ((voxels < ends[0]) | (voxels > ends[1]) | ~is_visible)
     if edge.sum() < ALL_AROUND * around.sum():
         return mask
     first, last = _bins(np.array(ends), volume)
-    opacity = opacity_tf.sample(volume.scalar_range).astype(np.float64)
     return _with_edge(piece, edge & _fading(voxels, (first, last), opacity, volume))
 
 
@@ -189,6 +188,13 @@ def _fading(
     near = (last - first) // 2
     fades[max(first - near, 0) : last + near + 1] = True
     return _of_values(voxels, _runs(fades), volume)
+
+
+def _opacity(tf: OpacityTF, volume: Volume) -> NDArray[np.float64]:
+    """Return a TF's samples, 0 for values that do not count as visible."""
+    opacity = tf.sample(volume.scalar_range).astype(np.float64)
+    opacity[opacity < max(LEAST_OPACITY * opacity.max(), TINY)] = 0
+    return opacity
 
 
 def _bins(values: NDArray[np.generic], volume: Volume) -> NDArray[np.int64]:

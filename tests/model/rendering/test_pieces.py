@@ -54,6 +54,12 @@ def test_a_piece_is_what_touches_and_a_voxel_around_it():
     np.testing.assert_array_equal(shell.voxels.shown, expected & (volume().voxels != 220))
     for piece in (whole, shell):
         assert with_edge(piece.voxels.exact, volume(), TWO) == piece.voxels
+    # Around a piece there may be invisible values between those of block and core.
+    narrow = OpacityTF(RANGE, tuple(replace(mode, width=5.0) for mode in TWO.modes))
+    gap = volume()
+    gap.voxels[1, 1:9, 1:9] = 160
+    piece = pieces_at(gap, replace(inputs(), opacity_tf=narrow), at(4, 4, 4))[0]
+    assert piece.count == 6**3 and with_edge(piece.voxels.exact, gap, narrow) == piece.voxels
     # Neither has what does not end where its values do.
     half = Mask.of(shell.voxels.exact.shown & (np.indices((20,) * 3)[0] < 5))
     assert with_edge(half, volume(), TWO) == half
