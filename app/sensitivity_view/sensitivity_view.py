@@ -137,6 +137,8 @@ class SensitivityView(QObject):
         self._asker.answered.connect(self._refresh_soon)
         state.inputsChanged.connect(self._follow_inputs)
         state.tf_input.paneChanged.connect(self._follow_pane)
+        for pane in self._panes[1:]:
+            pane.canvas.resized.connect(self._follow_edited)
         state.inputsChangeFinished.connect(partial(self._refresh, "rest"))
         for changed in (area.axisChanged, area.heightChanged):
             changed.connect(partial(self._refresh, "axis"))
@@ -169,12 +171,16 @@ class SensitivityView(QObject):
 
     def _follow_pane(self) -> None:
         """Name the values at the place in the pane with the focus, and show its field."""
-        edited = self._panes[1] if self._edited.isHidden() else self._edited
-        if any(label.is_here for label in self.labels[1:]):
-            self._name_values_at(self._panes.index(edited))
+        self._follow_edited()
         if not self._state.tf_input.compares:
             self.exact_b.check_stop()
         self._refresh("field")
+
+    def _follow_edited(self) -> None:
+        """Name the values at the place in the pane with the focus, once that is shown."""
+        edited = self._panes[1] if self._edited.isHidden() else self._edited
+        if any(label.is_here for label in self.labels[1:]):
+            self._name_values_at(self._panes.index(edited))
 
     def _show_source(self) -> None:
         self.source.refresh()

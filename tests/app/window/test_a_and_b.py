@@ -342,7 +342,13 @@ def test_in_one_image_the_line_divides_a_from_b(qtbot, window):
     assert before.pixelColor(at + 40, row) != after.pixelColor(at + 40, row)
     # Both lie there, so that the label of values names its own.
     QTest.mouseClick(a, LEFT, pos=QPoint(round(0.4 * a.width()), row))
-    qtbot.waitUntil(lambda: ">In A<" in window.sensitivity.labels[1].text.text())
+    labels = window.sensitivity.labels[1:]
+    qtbot.waitUntil(lambda: ">In A<" in labels[0].text.text())
+    window.state.tf_input.focus("B")
+    assert [label.is_here for label in labels] == [True, False]
+    # Next to each other, it goes over to its own.
+    QTest.keyClick(window, Qt.Key.Key_W, CTRL_SHIFT)
+    qtbot.waitUntil(lambda: [label.is_here for label in labels] == [False, True])
 
 
 def test_sessions_and_the_next_run_bring_b_back(qtbot, start_again, tmp_path):
