@@ -71,7 +71,8 @@ def to_qimage(
     """
     levels = np.ascontiguousarray(rgba, np.float32)
     if levels.shape[2] == 3:
-        levels = np.pad(levels, ((0, 0), (0, 0), (0, 1)))
+        # Painted over something transparent, Qt takes the unused number for an opacity.
+        levels = np.pad(levels, ((0, 0), (0, 0), (0, 1)), constant_values=1)
     if clear or brightness != 1:
         levels = np.clip(levels, 0, 1)
         brighten(levels[..., :3], brightness)

@@ -475,7 +475,7 @@ class FigureSaving(QObject):
 
 
 def _add_texts(image: QImage, job: _Job) -> None:
-    """Store in a figure's file how it was made."""
+    """Name in a figure's file its light, its error, and what its scale bar holds for."""
     choice = job.choice
     if choice.scale_bar:
         image.setText("Scale bar", f"Holds {DEPTH_TEXT}")

@@ -4,6 +4,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from PIL import Image
+from PySide6.QtCore import QRectF, Qt
+from PySide6.QtGui import QImage, QPainter
 from window_fakes import FakeEngine, make_request
 
 from app.image_view.image_canvas import to_qimage
@@ -65,6 +67,12 @@ def test_pixels_keep_their_place_and_value_within_the_range():
     assert image.pixelColor(2, 0).getRgb() == (255, 128, 0, 255)
     assert image.pixelColor(2, 1).getRgb() == (0, 0, 0, 255)
     assert image.pixelColor(0, 1).getRgb() == (0, 255, 0, 255)
+    # Without opacity, they are opaque, also over something transparent.
+    ground = QImage(3, 2, QImage.Format.Format_ARGB32_Premultiplied)
+    ground.fill(Qt.GlobalColor.transparent)
+    with QPainter(ground) as painter:
+        painter.drawImage(QRectF(ground.rect()), to_qimage(np.full((1, 3, 3), 0.5)))
+    assert ground.pixelColor(1, 1).getRgb() == (128, 128, 128, 255)
 
 
 @pytest.fixture(scope="module")
