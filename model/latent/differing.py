@@ -15,7 +15,7 @@ DIFFERING = 16  # number of TFs that differ most
 TYPICAL = 1000  # number of random TFs; rarer kinds are shown only where these are alike
 CANDIDATES = 32  # number of TFs, each far from the others, that the 16 are chosen from
 
-DIFFERENT = 0.05
+DIFFERENT = 0.06
 """Root mean square difference, in [0, 1], of two coarse pictures that look different."""
 
 NEARNESS = 10  # weight of the logarithm by which pairs are nearer; other differences are below 1
