@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import correlate1d
 
 from model.scene.mask import Mask, grown, masked_voxels
 from model.scene.transfer_function import Range
@@ -83,6 +82,9 @@ def keeps_type(volume: Volume, native: tuple[type[np.generic], ...]) -> bool:
 
 def blurred(scalars: NDArray[Any]) -> NDArray[Any]:
     """Return a cubic B-spline's values at the voxels, in their type."""
+    # Late, as the window starts without SciPy.
+    from scipy.ndimage import correlate1d
+
     found, last = np.empty_like(scalars), len(scalars) - 1
     shares = np.array([1, 4, 1], dtype=np.float32) / 6
 
