@@ -259,7 +259,7 @@ class FindingsPanel(QFrame):
 
     @property
     def is_asked_for(self) -> bool:
-        """Whether it is open where it does not open by itself."""
+        """True if it is open in a window that is too small for it to open by itself."""
         return self.is_open and not self._has_room
 
     def show_open(self) -> None:

@@ -243,9 +243,9 @@ class LatentPictures(QObject):
             exposures: dict[int, float] = {}
             if asked.cells is None:
                 known, request = self.grid, result.request
-                is_traced = isinstance(request, BatchRequest) and request.traced
+                assert isinstance(request, BatchRequest)
                 same = known and (known.tfs, known.inputs) == (asked.tfs, asked.inputs)
-                if known and same and not is_traced:
+                if known and same and not request.traced:
                     # Finer pictures of the same TFs, in the same light, keep their brightness.
                     exposures = known.exposures
                 else:

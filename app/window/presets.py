@@ -1,6 +1,5 @@
 """Presets in the window: pictures of the open volume, and the user's own presets."""
 
-import json
 import re
 from dataclasses import replace
 from functools import partial
@@ -15,7 +14,6 @@ from app.tf_editor.tf_menu import PICTURE, PresetMenu
 from app.window.context import Context
 from app.window.small_pictures import SmallPictures
 from model.errors import TransferFunctionError, os_errors_as
-from model.files import write_atomically
 from model.scene.ranges import fit_to_range, stretch_to_range
 from model.scene.tf_presets import Preset
 from model.scene.transfer_function import TransferFunction
@@ -115,9 +113,7 @@ def save_own_preset(folder: Path, name: str, tf: TransferFunction) -> None:
     remedy = "make room there, or use File > Save TF"
     with os_errors_as(TransferFunctionError, what, remedy):
         place.mkdir(parents=True, exist_ok=True)
-        # Its own save would offer another place.
-        content = json.dumps(tf.to_json(), indent=2)
-        write_atomically(place / f"{name}{SUFFIX}", f"{content}\n".encode())
+    tf.save(place / f"{name}{SUFFIX}", remedy)
 
 
 def remove_own_preset(folder: Path, name: str) -> None:

@@ -111,7 +111,7 @@ def pieces_at(
         edge[part][box] = around & _fading(voxels[box], band or (0, LAST), opacity, volume)
         count, ends = int(np.count_nonzero(inside)), np.array(band or (0, 0))
         values = None if band is None else tuple((lo + (hi - lo) * ends / LAST).tolist())
-        return Piece(_with_edge(whole, edge), count, values)
+        return Piece(_mask_of(whole, edge), count, values)
 
     visible = _of_values(voxels, runs, volume) & shown
     low = np.maximum(seed - NEAR, 0)
@@ -166,10 +166,10 @@ def with_edge(mask: Mask, volume: Volume, opacity_tf: OpacityTF) -> Mask:
     if edge.sum() < ALL_AROUND * around.sum():
         return mask
     first, last = _bins(np.array(ends), volume)
-    return _with_edge(piece, edge & _fading(voxels, (first, last), opacity, volume))
+    return _mask_of(piece, edge & _fading(voxels, (first, last), opacity, volume))
 
 
-def _with_edge(piece: NDArray[np.bool_], edge: NDArray[np.bool_]) -> Mask:
+def _mask_of(piece: NDArray[np.bool_], edge: NDArray[np.bool_]) -> Mask:
     nz, ny, nx = piece.shape
     both = (np.packbits(each).tobytes() for each in (piece | edge, edge))
     return Mask((nz, ny, nx), *both)

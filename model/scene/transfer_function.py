@@ -229,10 +229,12 @@ class TransferFunction:
         )
         return cls(opacity, ColorTF(scalar_range, content.color.stops), content.range is None)
 
-    def save(self, path: Path) -> None:
-        """Write the file; an existing one is replaced only once the new one is complete."""
-        what = f"{path}: the TF cannot be written"
-        with os_errors_as(TransferFunctionError, what, "choose another place"):
+    def save(self, path: Path, remedy: str = "choose another place") -> None:
+        """Write the file; an existing one is replaced only once the new one is complete.
+
+        Raises :class:`TransferFunctionError` with a remedy if it cannot be written.
+        """
+        with os_errors_as(TransferFunctionError, f"{path}: the TF cannot be written", remedy):
             write_atomically(path, (json.dumps(self.to_json(), indent=2) + "\n").encode())
 
     @classmethod

@@ -10,7 +10,7 @@ from ramp import make_tf
 from rested_window import notice_buttons
 
 from app.tf_editor.tf_menu import PICTURE
-from app.window import presets
+from model.scene import transfer_function
 from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF, TransferFunction
 from model.scene.volume import Volume
 
@@ -88,7 +88,9 @@ def test_the_users_own_presets_are_kept_replaced_and_removed(make_window, tmp_pa
     assert menu.listed()[-1].tf == make_tf(140.0)
     removal = entries["Remove preset"].menu()
     with monkeypatch.context() as patch:
-        patch.setattr(presets, "write_atomically", Mock(side_effect=OSError(28, "disk full")))
+        patch.setattr(
+            transfer_function, "write_atomically", Mock(side_effect=OSError(28, "disk full"))
+        )
         save("Lung", 140.0)
         assert "(disk full); make room there, or use File > Save TF." in window.notice.text
         patch.setattr(Path, "unlink", Mock(side_effect=OSError(16, "busy")))
