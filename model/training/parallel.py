@@ -30,6 +30,8 @@ def process_group(device: torch.device) -> Iterator[torch.device]:
     distributed.init_process_group("nccl" if device.type == "cuda" else "gloo")
     try:
         yield device
+        # A rank that leaves while another still speaks to it may take that one down.
+        distributed.barrier()
     finally:
         distributed.destroy_process_group()
 
