@@ -207,8 +207,8 @@ class SliceView(pg.GraphicsView):  # type: ignore[misc]
         half = [0.5 / (volume.dimensions[axis] - 1) for axis in across]
         self._voxels = QRectF(0, 0, 1, 1).adjusted(-half[0], -half[1], *half)
         self._box.setAspectLocked(True, ratio=wide / high)
-        axis, count, box = "xyz"[plane.axis], volume.dimensions[plane.axis], self.number
-        box.setPrefix(f"{axis} " if plane.name == axis else f"{plane.name}  {axis} ")
+        count, box = volume.dimensions[plane.axis], self.number
+        box.setPrefix(f"{plane.name} ")
         box.setSuffix(f" of {count}")
         for part in (box, self):
             part.setAccessibleName(f"{plane.name} slice")
@@ -367,11 +367,14 @@ class SliceView(pg.GraphicsView):  # type: ignore[misc]
         painter.setPen(QColor(theme.ON_IMAGE.dim))
         places = sides.AlignLeft, sides.AlignRight, sides.AlignBottom, sides.AlignTop
         middles = 2 * (sides.AlignVCenter,) + 2 * (sides.AlignHCenter,)
+        # In a narrow slice, the letter at the top stands next to the number's box.
+        right_of_box = 2 * (self.number.geometry().right() + PADDING) - wide
         for text, side, middle in zip(self.plane.edges, places, middles, strict=True):
             place = side | middle
+            area = inside.adjusted(max(right_of_box, 0), 0, 0, 0) if side == places[3] else inside
             # Otherwise the cross-hair would cross out the letters in the middle.
-            painter.fillRect(painter.boundingRect(inside, place, text), plate)
-            painter.drawText(inside, place, text)
+            painter.fillRect(painter.boundingRect(area, place, text), plate)
+            painter.drawText(area, place, text)
         if self.hasFocus():
             painter.setPen(QPen(QColor(theme.ON_IMAGE.change), 1))
             painter.drawRect(self.rect().adjusted(0, 0, -1, -1))

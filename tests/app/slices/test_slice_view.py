@@ -159,7 +159,7 @@ def test_a_double_click_makes_one_large_and_leaves_the_cross_hair(window):
     assert front.isVisible() and not level.isVisible() and column.width() > small
 
 
-def test_a_wide_column_has_slices_next_to_each_other(window):
+def test_a_wide_column_has_slices_next_to_each_other(monkeypatch, window):
     column, (level, front, side) = window.slices.column, views(window)
     for width in (600, 300):
         column.setFixedSize(width, 600)
@@ -171,6 +171,11 @@ def test_a_wide_column_has_slices_next_to_each_other(window):
     column.setFixedSize(600, 601)
     QTest.qWait(0)
     assert level.x() == front.x()
+    # The box does not hide the letter at the top.
+    level.number.setFixedWidth(level.width() * 2 // 3)
+    lettered, plane = level.viewport().grab().toImage(), level.plane
+    monkeypatch.setattr(type(level), "plane", replace(plane, edges=(*plane.edges[:3], "")))
+    assert plane.edges[3] and level.viewport().grab().toImage() != lettered
 
 
 def test_zoom_pan_and_window_of_gray_by_the_mouse(qtbot, window):
