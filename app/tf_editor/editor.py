@@ -199,10 +199,7 @@ class TransferFunctionEditor(QFrame):
             self.moves.add_stop(area.axis.value(area.strip.mapSceneToView(at).x()))
 
 
-SHARE, SMALL_SHARE = 0.35, 0.25
-"""Height of the editor, as a part of the window's and of a small one's, unless it is dragged."""
-
-SMALL_BELOW = 800  # height of a window that is not small, in pixels; laptops are below
+SHARE = 0.25  # height of the editor, as a part of the window's, unless it is dragged
 HANDLE = 1  # height of the dragged line, in pixels: the mouse has 5
 
 
@@ -248,8 +245,7 @@ class DockSplitter(QSplitter):
 
     def _apply(self) -> None:
         whole = self.window().height()
-        share = SHARE if whole >= SMALL_BELOW else SMALL_SHARE
-        usual = min(max(round(share * whole), LEAST_HEIGHT), GREATEST_HEIGHT)
+        usual = min(max(round(SHARE * whole), LEAST_HEIGHT), GREATEST_HEIGHT)
         height = usual if self.share is None else round(self.share * whole)
         if self._editor.is_folded:
             height = HEADER_HEIGHT
