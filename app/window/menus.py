@@ -174,8 +174,9 @@ class Menus:
         self._cropping = self._act(window.tools.crop, show_crop, "K", "Ctrl+K")
 
         def refresh() -> None:
-            compare.setChecked(len(panes.images) > 1 or panes.wipes)
-            difference.setChecked(error.is_wanted)
+            are_two = len(panes.images) > 1 or panes.wipes
+            compare.setChecked(are_two)
+            difference.setChecked(are_two and error.is_wanted)
             browsing.setChecked(latent.choices.shown)
             self._cropping.setChecked(crop.is_shown)
 
@@ -423,9 +424,9 @@ class Menus:
             menu, "Show &sensitivity", lambda: regions.choose(shown=not regions.choices.shown),
             "Ctrl+E", is_on=lambda: regions.choices.shown,
         )  # fmt: skip
-        self._add(menu, "&Keep the values under the mouse", view.toggle_kept)
+        keep = add_action(menu, "&Keep the values under the mouse", view.toggle_kept)
         # Ctrl is held while the mouse asks what an edit changes.
-        menu.actions()[-1].setShortcuts([QKeySequence("P"), QKeySequence("Ctrl+P")])
+        keep.setShortcuts([QKeySequence("P"), QKeySequence("Ctrl+P")])
         self._add(menu, "Sa&ve sensitivity as…", lambda: save(view.result()))
 
     def _fill_help(self, menu: QMenu) -> None:

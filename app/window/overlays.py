@@ -222,6 +222,8 @@ class ImageError(QObject):
     def compare(self) -> None:
         """Compare the images if both are there."""
         compared = self._compare()
+        if not self.is_wanted:
+            _picture.cache_clear()
         if isinstance(compared, str):
             self._clear(compared)
             return
@@ -270,6 +272,7 @@ class ImageError(QObject):
         if self._compared is None and all(pane.note == note for pane, note in notes.items()):
             return
         self._compared = None
+        _picture.cache_clear()
         for pane, note in notes.items():
             pane.set_note(note)
         self._context.update_images()

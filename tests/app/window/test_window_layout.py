@@ -151,9 +151,10 @@ def test_what_lies_over_the_images_follows_them(make_window):
     assert window.image_error.is_wanted and bar.difference.isChecked()
     bar.difference.click()
     assert not window.image_error.is_wanted
+    bar.difference.click()
     action(window, "C").trigger()
     assert window.panes.images == [window.reference]
-    assert not bar.compare.isChecked()
+    assert not (bar.compare.isChecked() or bar.difference.isChecked())
     bar.difference.click()
     assert len(window.panes.images) == 2 and bar.compare.isChecked() and bar.difference.isChecked()
     window.workspace.open_model(None)
