@@ -146,7 +146,7 @@ class Render:
 
     def _mask_of(self, volume: Volume, opacity: OpacityTF) -> Mask | None:
         from app.cli.console import warn
-        from model.rendering.pieces import with_edge
+        from model.rendering.pieces import mask_of
         from model.volume_files.masks import read_labels
 
         if self.mask is None:
@@ -156,10 +156,8 @@ class Render:
         found = read_labels(self.mask, volume)
         if found.note:
             warn(found.note)
-        mask = found.mask(found.named_by(self.labels) if self.labels else found.values)
-        if mask is None or len(found.values) > 1:
-            return mask
-        return with_edge(mask, volume, opacity)
+        chosen = found.named_by(self.labels) if self.labels else found.values
+        return mask_of(found, chosen, volume, opacity)
 
     def _of_session(self, path: Path) -> Render:
         """Take missing options from a session: volume, view, TF, light, crop, mask, legend."""

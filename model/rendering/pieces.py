@@ -1,6 +1,6 @@
 """Pieces: voxels connected to a point of a volume, to be shown alone or cut away."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,6 +12,7 @@ from model.scene.inputs import SceneInputs
 from model.scene.mask import Mask, grown, masked_voxels
 from model.scene.transfer_function import TF_SAMPLES, OpacityTF, Range
 from model.scene.volume import Volume
+from model.volume_files.masks import LabelMap
 
 LEAST_OPACITY = 0.005  # share of the TF's largest opacity from which values count as visible
 BAND = 0.25  # share of a band's largest opacity at which the band ends
@@ -153,8 +154,18 @@ def pieces_at(
     return large
 
 
+def mask_of(
+    labels: LabelMap, chosen: Collection[float], volume: Volume, opacity_tf: OpacityTF
+) -> Mask | None:
+    """Return the mask that shows labels, a file's only one with the edge that a piece has."""
+    mask = labels.mask(chosen)
+    if mask is None or len(labels.values) > 1:
+        return mask
+    return with_edge(mask, volume, opacity_tf)
+
+
 def with_edge(mask: Mask, volume: Volume, opacity_tf: OpacityTF) -> Mask:
-    """Return an opened mask with the edge of a piece, if it is one of visible or a band's values.
+    """Return a mask with the edge of a piece, if it is one of visible or a band's values.
 
     What was outlined by hand has its values around it, too, and stays as it is.
     """
