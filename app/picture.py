@@ -120,6 +120,7 @@ def save_image(path: Path, picture: QImage) -> None:
     """Write a picture in the format of the file's suffix; raise RenderError where that fails."""
     for set_density in (picture.setDotsPerMeterX, picture.setDotsPerMeterY):
         set_density(round(1000 / millimetres(1)))
+    picture.setText("Software", software())
     buffer = QBuffer()
     buffer.open(QIODevice.OpenModeFlag.WriteOnly)
     if not picture.save(buffer, path.suffix.lstrip(".").upper()):  # type: ignore[call-overload]

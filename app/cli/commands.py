@@ -150,7 +150,7 @@ application.callback(invoke_without_command=True, subcommand_metavar="[FILE] | C
     options.as_function(Window)
 )
 
-OPTIONS = {".json": "--tf", ".tfscope": "--session"}  # by the suffix of a file
+OPTIONS = {".json": "--tf", ".tfscope": "--session", ".png": "--session"}  # by the suffix of a file
 
 
 def with_options_for_files(arguments: Sequence[str], application: TyperGroup) -> list[str]:

@@ -369,7 +369,7 @@ def _check_for_model(asked: Render) -> None:
 
 
 def _write_picture(asked: Render, drawer: Drawer) -> None:
-    from app.picture import save_image, software
+    from app.picture import save_image
 
     image = _figure(asked, drawer, drawer.inputs.view)
     facts, brightness = drawer.facts(), _brightness(asked, drawer)
@@ -377,7 +377,7 @@ def _write_picture(asked: Render, drawer: Drawer) -> None:
         facts["Brightness"] = f"{brightness:g}"
     if asked.scale_bar:
         facts["Scale bar"] = f"Holds {DEPTH_TEXT}"
-    for keyword, text in {**facts, "Software": software()}.items():
+    for keyword, text in facts.items():
         image.setText(keyword, text)
     make_room_for(asked.out)
     save_image(asked.out, image)
@@ -424,7 +424,7 @@ def _figure(asked: Render, drawer: Drawer, view: View) -> QImage:
         scale = Scale.of(drawer.known_volume, shown)
     images = {"reference": (rgba, _brightness(asked, drawer))}
     inputs = replace(drawer.inputs, view=view)
-    return figure(choice, images, inputs, Subject(units, scale))
+    return figure(choice, images, inputs, Subject(units, scale, view=drawer.inputs.view))
 
 
 def _brightness(asked: Render, drawer: Drawer) -> float:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from PySide6.QtCore import QCoreApplication
 from PySide6.QtWidgets import QGraphicsRectItem
 
-from app.picture import save_image, software
+from app.picture import save_image
 from model.scene.inputs import SceneInputs
 from model.scene.region import Region
 from model.scene.transfer_function import TF_SAMPLES, GaussianMode, Range
@@ -260,7 +260,6 @@ class Page:
             self.text(self._rows, 0, "<br>".join(map(html.escape, lines)), self._columns)
         QCoreApplication.processEvents()
         picture = self.layout.grab().toImage()
-        picture.setText("Software", software())
         picture.setText("Description", f"{self.title}. {caption}" if caption else self.title)
         save_image(path, picture)
 

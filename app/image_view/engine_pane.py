@@ -275,6 +275,12 @@ class EnginePane(QWidget):
             tone = "attention"
         return ", ".join(fact for fact in facts if fact), tone
 
+    def light_text(self, samples: int) -> str:
+        """Light of a picture, with the samples of each pixel if it is path-traced."""
+        if not self._most_samples:
+            return self.light
+        return f"{self.light}, {samples} sample{'s' * (samples > 1)} of each pixel"
+
     def _drawn_text(self) -> str:
         """Light and progress of the image: "path traced, 8 of 32 samples"."""
         count, most = self.samples, self._most_samples

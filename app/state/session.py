@@ -8,17 +8,20 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path, PureWindowsPath
 from typing import Any
 
+from PySide6.QtGui import QImageReader
+
 from app.state.edited_tf import PaneName
 from app.state.latent_session import LatentChoices
 from app.state.sensitivity_state import Choices
 from app.state.settings import Place, SessionSettings, Share, VolumeMemory
 from model.errors import TfscopeError, os_errors_as
 from model.files import write_atomically
-from model.json_files import MalformedError, build, build_valid, read_json
+from model.json_files import MalformedError, build, build_valid, parse_json, read_json
 from model.scene.transfer_function import Range
 from model.volume_files.shipped import shipped_volumes
 
-SUFFIX = ".tfscope"
+SUFFIX, FIGURE_SUFFIX = ".tfscope", ".png"
+FIGURE_TEXT = "Session"  # name of the text of a figure's file that holds its session
 VERSION = 2
 
 
@@ -56,24 +59,34 @@ class Session:
 
         It also has paths relative to its folder, so that volume and session can move together.
         """
-        data = {
-            "tfscope_session": VERSION,
-            "volume": {**_written(self.volume, path), "fingerprint": self.fingerprint},
-            "model": None if self.model is None else _written(self.model, path),
-            **asdict(self.content),
-        }
         what = f"{path}: the session cannot be written"
         with os_errors_as(SessionError, what, "make room, or choose another place"):
             path.parent.mkdir(parents=True, exist_ok=True)
-            write_atomically(path, json.dumps(data, indent=1).encode())
+            write_atomically(path, self.text(path).encode())
+
+    def text(self, path: Path | None = None) -> str:
+        """Return a file's content; without a path that of a figure, which names no folder."""
+
+        def written(place: Path) -> dict[str, str]:
+            return {"path": place.name} if path is None else _written(place, path)
+
+        data = {
+            "tfscope_session": VERSION,
+            "volume": {**written(self.volume), "fingerprint": self.fingerprint},
+            "model": None if self.model is None else written(self.model),
+            **asdict(self.content),
+        }
+        text = json.dumps(data, indent=1 if path else None)
+        # In an image's text, Qt reads several spaces as one.
+        return text if path else text.replace("  ", r" \u0020")
 
     @classmethod
     def load(cls, path: Path) -> Session:
-        """Read the file, and find volume and model; raise :class:`SessionError` for any other."""
+        """Read a session or figure, and find volume and model; else raise `SessionError`."""
         what = f"{path}: the session cannot be read"
         try:
             with os_errors_as(SessionError, what, "choose another"):
-                return cls._from_json(read_json(path), path)
+                return cls._from_json(_read(path), path)
         except ValueError as error:
             raise SessionError(
                 f"{path}: this session cannot be opened ({error}); nothing was changed."
@@ -94,6 +107,15 @@ class Session:
         if data.get("model") is not None:
             model = _found(build(_Place, data["model"]), path)
         return cls(_found(volume, path), volume.fingerprint, content, model, tuple(wrong))
+
+
+def _read(path: Path) -> Any:
+    """Read a session's file, or what a figure's file holds of one; None if that is nothing."""
+    if path.suffix.lower() != FIGURE_SUFFIX:
+        return read_json(path)
+    path.stat()  # so that a missing file is an error
+    text = QImageReader(str(path)).text(FIGURE_TEXT)
+    return parse_json(text.encode()) if text else None
 
 
 def kept_mask(session: Path, memory: VolumeMemory) -> Path | None:

@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QFileDialog, QMainWindow, QMessageBox
 
 from app.engines.client import EngineClient
 from app.image_view.engine_pane import EnginePane
-from app.state.session import SUFFIX
+from app.state.session import FIGURE_SUFFIX, SUFFIX
 from app.state.workspace import Viewing, Workspace
 from app.window.notices import Notices
 from app.window.status_line import StatusLine
@@ -55,7 +55,8 @@ class Context(Viewing):
 
 
 VOLUME_FILTER = f"Volumes ({' '.join(f'*{s}' for s in SUFFIXES)});;All files (*)"
-OPEN_FILTER = VOLUME_FILTER.replace("Volumes (", f"Volumes and sessions (*{SUFFIX} ")
+OTHERS = f"Volumes, sessions, figures (*{SUFFIX} *{FIGURE_SUFFIX} "
+OPEN_FILTER = VOLUME_FILTER.replace("Volumes (", OTHERS)
 
 
 def ask_for_file(context: Context, title: str, filters: str = "") -> Path | None:

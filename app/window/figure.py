@@ -286,6 +286,7 @@ class Subject:
     line: tuple[Triple, ...] = ()  # one or two points that are measured, in fractions
     titles: Mapping[str, str] = field(default_factory=lambda: TITLES)  # of images, by name
     b: SceneInputs | None = None  # of the image of B
+    view: View | None = None  # of the scale bar, a movie's first one; None for the image's own
 
 
 def panels(choice: FigureChoice) -> list[QRect]:
@@ -346,7 +347,7 @@ def figure(
         elif choice.legend and name in last:
             marks.legend(legend_of(*tfs), subject.units)
         if choice.scale_bar and name == names[0] and subject.scale is not None:
-            marks.scale_bar(subject.scale.bar(inputs.view, inputs.part))
+            marks.scale_bar(subject.scale.bar(subject.view or inputs.view, inputs.part))
         marks.line(subject, inputs.view)
     painter.end()
     return result

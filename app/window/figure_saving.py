@@ -21,7 +21,6 @@ from app.engines.messages import Result
 from app.engines.requests import PictureRequest, Quality, SupersededError
 from app.number_box import short
 from app.picture import save_image, suffixes
-from app.state.open_model import LIGHTS
 from app.state.settings import FigureSettings
 from app.state.slow_answers import SlowAnswers
 from app.window.context import Context, ask_for_place
@@ -39,6 +38,7 @@ from app.window.figure import (
 )
 from app.window.figure_dialog import PREVIEW, FigureDialog, duration
 from app.window.overlays import ImageError, Overlays
+from app.window.sessions import Sessions
 from model.errors import RenderError
 from model.rendering.movie_file import SUFFIXES, write_movie
 from model.rendering.raster import Raster, middle_square
@@ -74,6 +74,7 @@ class _Job:
     frames: list[SceneInputs]
     subject: Subject
     chosen: Any  # the user's choice: if its engine is replaced, the next one draws the same
+    texts: dict[str, str]  # of its file, by name
     compared: Comparison | None = None  # the screen's, for a difference alone
     images: dict[str, tuple[Rgba, float]] = field(default_factory=dict)
     lights: dict[str, str] = field(default_factory=dict)  # of the images, in words
@@ -116,9 +117,12 @@ class _Job:
 class FigureSaving(QObject):
     """Asks for the options of a figure or movie, has it drawn, and saves or copies it."""
 
-    def __init__(self, context: Context, overlays: Overlays, error: ImageError) -> None:
+    def __init__(
+        self, context: Context, overlays: Overlays, error: ImageError, sessions: Sessions
+    ) -> None:
         super().__init__(context.window)
-        self._context, self._overlays, self._error = context, overlays, error
+        self._context, self._overlays = context, overlays
+        self._error, self._sessions = error, sessions
         self._panes = dict(zip(("generator", "reference", "b"), context.panes, strict=True))
         self._job: _Job | None = None
         self.progress: QProgressDialog | None = None
@@ -254,10 +258,11 @@ class FigureSaving(QObject):
 
     def _new_job(self, choice: FigureChoice, place: Path | None, frames: list[SceneInputs]) -> _Job:
         titles, b = {n: p.title for n, p in self._panes.items()}, self._context.state.inputs_of("B")
-        subject = replace(self._overlays.subject, titles=titles, b=b)
+        subject = replace(self._overlays.subject, titles=titles, b=b, view=frames[0].view)
         # So that the figure has the numbers of the screen.
         compared = self._error.compared if choice.which == "difference" else None
-        return _Job(choice, place, frames, subject, self._chosen, compared)
+        texts = self._sessions.texts_for(place)
+        return _Job(choice, place, frames, subject, self._chosen, texts, compared)
 
     @property
     def _chosen(self) -> tuple[object, ...]:
@@ -273,7 +278,7 @@ class FigureSaving(QObject):
                 # Next to the generator's square, only what that shows, too.
                 image = middle_square(image) if job.choice.which == "both" else image
                 job.images[name] = image, self._brightness(name)
-                job.lights[name] = _light_text(pane.light, pane.samples)
+                job.lights[name] = pane.light_text(pane.samples)
 
     def _ask(self, channels: Channels[str], job: _Job, samples: int, enlarged: int = 1) -> None:
         """Request the missing images of a job's next frame at this size."""
@@ -283,7 +288,7 @@ class FigureSaving(QObject):
             each = 1 if name == "generator" else max(samples, 1)
             quality = Quality(raster.shorter, raster=raster, samples=each)
             inputs, settings = job.frames[job.drawn], None
-            job.lights[name] = _light_text(self._panes[name].light, each)
+            job.lights[name] = self._panes[name].light_text(each)
             if name == "b" and job.subject.b is not None:
                 inputs = replace(job.subject.b, view=inputs.view)
                 settings = None if work.settings_b == work.settings else work.settings_b
@@ -475,8 +480,10 @@ class FigureSaving(QObject):
 
 
 def _add_texts(image: QImage, job: _Job) -> None:
-    """Name in a figure's file its light, its error, and what its scale bar holds for."""
+    """Name in a figure's file its session, light, error, and what its scale bar holds for."""
     choice = job.choice
+    for name, text in job.texts.items():
+        image.setText(name, text)
     if choice.scale_bar:
         image.setText("Scale bar", f"Holds {DEPTH_TEXT}")
     if choice.which == "difference":
@@ -490,8 +497,3 @@ def _add_texts(image: QImage, job: _Job) -> None:
     if job.error is not None and math.isfinite(job.error):
         text = f"Estimated RMSE of the ground truth's colours, from 0 to 1: {short(job.error)}."
         image.setText("Error", text)
-
-
-def _light_text(light: str, samples: int) -> str:
-    is_traced = light == LIGHTS["path"]
-    return f"{light}, {samples} sample{'s' * (samples > 1)} of each pixel" if is_traced else light

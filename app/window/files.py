@@ -12,7 +12,7 @@ from app.controls import Action
 from app.engines.background import LatestCall, Pause
 from app.figures.sensitivity_figure import save_figure
 from app.number_box import significant
-from app.state.session import SUFFIX
+from app.state.session import FIGURE_SUFFIX, SUFFIX
 from app.state.settings import RecentKind
 from app.state.volume_opening import Wanted
 from app.window.context import OPEN_FILTER, VOLUME_FILTER, Context, ask_for_file, ask_for_place
@@ -21,7 +21,7 @@ from app.window.sessions import Sessions
 from app.window.volume_dialogs import ContentsDialog, LabelsDialog, PropertiesDialog
 from model.errors import TfscopeError, TransferFunctionError, VolumeError
 from model.networks.card import MODEL_FILE
-from model.rendering.pieces import with_edge
+from model.rendering.pieces import mask_of
 from model.rendering.scale_bar import volume_text
 from model.scene.mask import Mask
 from model.scene.scene import Scene
@@ -65,12 +65,12 @@ class Files(QObject):
         self._writes = LatestCall("mask", self, lambda go_on: go_on(), self._fail, at_once=True)
 
     def open(self, path: Path) -> None:
-        """Open a file or folder by its kind: a volume, a model, a TF or a session."""
+        """Open a file or folder by its kind: volume, model, TF, session or figure."""
         if path.is_dir() and (path / MODEL_FILE).exists():
             self.open_model(path)
         elif path.suffix.lower() == TF_SUFFIX and path.is_file():
             self.open_transfer_function(path)
-        elif path.suffix.lower() == SUFFIX and path.is_file():
+        elif path.suffix.lower() in (SUFFIX, FIGURE_SUFFIX) and path.is_file():
             self._sessions.open(path)
         else:
             self.open_volume(path)
@@ -196,9 +196,7 @@ class Files(QObject):
         opened, tf = self._workspace.opened, self._context.state.transfer_function
 
         def make() -> Callable[[], object]:
-            mask = labels.mask(chosen)
-            if mask is not None and opened is not None and len(labels.values) == 1:
-                mask = with_edge(mask, opened.volume, tf.opacity)
+            mask = None if opened is None else mask_of(labels, chosen, opened.volume, tf.opacity)
             return partial(self._take_mask, labels, len(chosen), mask)
 
         self._masks.ask(make)

@@ -11,7 +11,15 @@ from app.controls import Action
 from app.engines.background import LatestCall
 from app.image_view.pane_focus import WipeLine
 from app.state.opened_volume import OpenedVolume
-from app.state.session import SUFFIX, Session, SessionContent, SessionError, kept_mask
+from app.state.session import (
+    FIGURE_SUFFIX,
+    FIGURE_TEXT,
+    SUFFIX,
+    Session,
+    SessionContent,
+    SessionError,
+    kept_mask,
+)
 from app.state.settings import ImageSettings, SessionSettings, part_of
 from app.state.volume_opening import Wanted
 from app.window.context import VOLUME_FILTER, Context, ask_for_file, ask_for_place
@@ -133,6 +141,14 @@ class Sessions(QObject):
         )
         return Session(opened.path, opened.fingerprint, content, self._workspace.model.folder)
 
+    def texts_for(self, figure: Path | None) -> dict[str, str]:
+        """Return texts for a figure's file, by name, so that it opens like a session."""
+        is_kept = figure is not None and figure.suffix.lower() == FIGURE_SUFFIX
+        session = self.session() if is_kept else None
+        if session is None:
+            return {}
+        return {"Volume": session.volume.name, FIGURE_TEXT: session.text()}
+
     def open(self, path: Path, volume: Path | None = None) -> None:
         """Open a session, with its volume at the stored or another path."""
         self.join()
@@ -141,6 +157,10 @@ class Sessions(QObject):
         except SessionError as error:
             self._fail(str(error))
             return
+        known = self._preferences.volume(session.fingerprint).path
+        if volume is None and known and not session.volume.exists():
+            # It has moved, or a figure says only its name.
+            volume = Path(known)
         session = session if volume is None else replace(session, volume=volume)
         if not session.volume.exists():
             self._ask_for_volume(path, session.volume)
@@ -252,8 +272,8 @@ class Sessions(QObject):
 
     def _ask_for_volume(self, path: Path, volume: Path) -> None:
         self._context.notices.add(
-            f"{path.name} shows {volume.name}. That file is neither in {volume.parent} "
-            "nor in the session's folder.",
+            f"{path.name} shows {volume}. That file is neither there nor in the folder of "
+            f"{path.name}.",
             Action("Locate it…", partial(self._locate, path, volume.name)),
             key=MISSED,
             tone="error",

@@ -138,7 +138,7 @@ class WindowParts(QMainWindow):
             self.context, self.overlays, self.memory, self.wipe, self.image_error
         )
         self.files = Files(self.context, self.sessions, self.editor.range.show_small_range)
-        self.saving = FigureSaving(self.context, self.overlays, self.image_error)
+        self.saving = FigureSaving(self.context, self.overlays, self.image_error, self.sessions)
         self.empty_card = EmptyCard(self.context, self.files)
         Presets(self.editor.menu.presets, self.context)
         self.scene_notices = SceneNotices(self.context, self.editor.range.set_range)

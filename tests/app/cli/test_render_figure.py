@@ -98,6 +98,12 @@ def test_a_turntable(base, tmp_path):
     assert np.ptp(places) < 3
     first = picture(base, tmp_path / "first.png", "--size 96x64")
     assert np.abs(movie[0] - first).mean() < 6
+    # What is left of it goes round, but the scale bar keeps its length.
+    options = "--size 300 --seconds 0.8 --rate 10 --scale-bar --crop 0,.5,0,1,0,1"
+    assert run(f"{base} {options} --out {out.with_suffix('.gif')}".split()) == 0
+    frames = np.stack([*iio.imiter(out.with_suffix(".gif"))])
+    bars = frames[:, 255:, :90, 1] > 200
+    assert bars.any() and (bars == bars[0]).all()
 
 
 VIEW, LIGHT = View(40.0, -10.0, 5.0, 0.8, 0.1, 0.0), LightDirection(50.0, 20.0)

@@ -1,12 +1,15 @@
+import json
 from dataclasses import replace
 
 import pytest
 from PySide6.QtCore import QSize
 from PySide6.QtWidgets import QFileDialog
 from ramp import make_tf, make_volume
-from rested_window import act_until, open_volume
+from rested_window import act_until, open_volume, saved_figure
 
 from app.state.preferences import volume_file
+from app.state.session import FIGURE_TEXT
+from app.window.figure import FigureChoice
 from app.window.window_memory import first_size
 from model.scene.crop import CropBox
 from model.scene.region import Outline
@@ -28,7 +31,7 @@ def change_all(window, tf):
     window.state.crop_input.set(CropBox((0.1, 0.0, 0.2), (1.0, 0.9, 1.0)))
     window.workspace.reference.choose(lighting="soft", drawing="raycast", stop="fast")
     window.sensitivity_state.add_region(Outline.rectangle(0.2, 0.2, 0.5, 0.6))
-    window.sensitivity_state.rename_region("ribs")
+    window.sensitivity_state.rename_region("the  ribs")
     window.sensitivity_state.choose(measure="change", width=9.0, panel=True)
     window.sensitivity_state.keep(120.0, 140.0)
     window.overlays.toggle("legend")
@@ -56,6 +59,12 @@ def test_all_comes_back(qtbot, start_again, builders, volume, tmp_path):
     saved = window.sessions.session()
     window.sessions.save(path)
     assert "a.tfscope" in window.windowTitle()
+    figure = tmp_path / "paper" / "figure.png"
+    figure.parent.mkdir()
+    texts = saved_figure(qtbot, window, FigureChoice(90, 40), figure)
+    assert texts.text("Volume") == "ramp" and texts.text("Software").startswith("tfscope")
+    held = texts.text(FIGURE_TEXT)
+    assert str(tmp_path) not in held and json.loads(held)["volume"]["path"] == "ramp"
     # Another look, of the same window.
     window.state.tf_input.set(make_tf(), "back")
     window.state.set_view(View(0.0, 0.0, 0.0, 1.0))
@@ -92,6 +101,10 @@ def test_all_comes_back(qtbot, start_again, builders, volume, tmp_path):
     open_session(qtbot, window, path)
     assert window.sessions.session() == saved
     assert window.preferences.recent("sessions") == [path]
+    # A figure opens like a session; its volume is found in another folder.
+    window.state.set_view(View(0.0, 0.0, 0.0, 1.0))
+    open_session(qtbot, window, figure)
+    assert window.sessions.session() == saved
     # A and B in one image, where B has the light of A.
     window.state.tf_input.compare(True)
     window.panes.show_b(True, True)
