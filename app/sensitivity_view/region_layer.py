@@ -430,6 +430,12 @@ class PlaceLabel(Card):
         if self.is_here and pick and not contributions(pick.value[0], asker.state.scalar_range):
             asker.asked.pick(None)
 
+    def carry(self) -> None:
+        """Go along with the clicked place; what it says there is asked for again."""
+        self._last = self._asker.asked.place
+        if self.isVisible():
+            self._place()
+
     def _place(self) -> None:
         place = self._asker.asked.place
         if place is None:

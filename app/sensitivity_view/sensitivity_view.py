@@ -119,6 +119,7 @@ class SensitivityView(QObject):
             ),
             "band": (*covers, band.refresh, what_if.follow_band),
             "place": (*regions, *labels, findings.refresh),
+            "carried": (*regions, *(label.carry for label in self.labels)),
             "tool": (*regions, chips.refresh),
             # What it was asked of, and where it is shown.
             "inputs": (visible.mark_stale, responses.mark_stale),

@@ -1,4 +1,4 @@
-"""Pieces connected to the clicked place, to be shown alone or cut away."""
+"""Pieces connected to the clicked place, to be shown alone or cut away; the place in space."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -12,8 +12,9 @@ from app.state.sensitivity_asker import SensitivityAsker
 from app.state.viewer_state import EMPTY_TF
 from model.errors import TfscopeError
 from model.rendering.pieces import Piece, pieces_at, pieces_under
+from model.rendering.ray_places import ray_places
 from model.rendering.scale_bar import volume_text
-from model.scene.view import from_middle
+from model.scene.view import NEAREST_DEPTH, Projection, View, from_middle
 from model.scene.volume import Triple, Volume
 from model.sensitivity.peaks import contributions
 
@@ -41,6 +42,9 @@ class PieceFinder(QObject):
         self._call = LatestCall("pieces", self, self._take, self._refuse)
         self.stop, self.join = self._call.stop, self._call.join
         asker.answered.connect(self._follow)
+        self._seen: list[Triple] = []  # the first visible point at the clicked place, if any
+        asker.asked.changed.connect(self._find_point)
+        asker.state.viewChanged.connect(self._carry)
 
     @property
     def is_searching(self) -> bool:
@@ -69,6 +73,21 @@ class PieceFinder(QObject):
             self._call.forget()
             self._wanted, self._waits = None, alone
             self._call.ask(partial(pieces_at, volume, self._state.inputs, np.array(place)))
+
+    def _find_point(self, what: str) -> None:
+        if what == "place":
+            volume, place, self._seen = self._volume(), self._asker.asked.place, []
+            if volume is not None and place is not None:
+                found = ray_places(volume, self._state.inputs, from_middle(place))
+                self._seen = [point for point, _share in found[:1]]
+
+    def _carry(self, view: View) -> None:
+        """Keep the clicked place on the point that was visible there."""
+        projection = Projection(view, self._state.proportions)
+        points = np.reshape(self._seen, (-1, 3))
+        if (projection.depths(points) > NEAREST_DEPTH).any():
+            ((right, up),) = projection.places(points).tolist()
+            self._asker.asked.carry(((1 + right) / 2, (1 - up) / 2))
 
     def _mask_by(self, piece: Piece, alone: bool) -> None:
         try:

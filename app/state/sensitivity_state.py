@@ -68,7 +68,8 @@ class Band:
 class SensitivityState(QObject):
     """Regions, the band of values, the clicked place and the choices."""
 
-    changed = Signal(str)  # emitted with "choices", "regions", "band", "place" or "tool"
+    changed = Signal(str)
+    """Emitted with "choices", "regions", "band", "place", "carried" or "tool"."""
     finished = Signal(str)  # emitted with "regions" or "band" after a drag or a change
 
     def __init__(self, parent: QObject | None = None) -> None:
@@ -203,6 +204,12 @@ class SensitivityState(QObject):
         if place != self.place:
             self.place = place
             self.changed.emit("place")
+
+    def carry(self, place: tuple[float, float]) -> None:
+        """Move the clicked place with what showed there, in a view that has changed."""
+        if self.place is not None:
+            self.place = place
+            self.changed.emit("carried")
 
     def start_volume(
         self,

@@ -189,10 +189,10 @@ def test_switched_off_nothing_is_asked_or_shown(qtbot, window, builders):
     builders.analysts[-1].others, builders.generators[-1].others = asked, asked
     window.state.tf_input.set(make_tf(150.0), "test")
     qtbot.waitUntil(lambda: window.workspace.is_settled)
+    QTest.mouseClick(window.reference.canvas, Qt.MouseButton.LeftButton, pos=QPoint(60, 60))
+    assert all(label.isHidden() for label in window.sensitivity.labels)
     # Of what was asked before, some may still be answered.
     assert not [request for request in asked if request.inputs == window.state.inputs]
-    QTest.mouseClick(window.reference.canvas, Qt.MouseButton.LeftButton, pos=QPoint(60, 60))
-    assert window.sensitivity_state.place is None
     # A button that is grey says why.
     button = window.sensitivity.what_if.button
     assert not button.isEnabled()
