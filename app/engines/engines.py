@@ -36,6 +36,7 @@ if TYPE_CHECKING:
 
 BACKEND_NAMES: dict[BackendName, str] = {"eager": "", "openvino": "OpenVINO"}
 
+SMOOTH_REMARK = "Slices are thick, so voxels are smoothed, unless you choose a renderer."
 SOFT_REMARK = "Only the ray caster draws soft light."  # why VTK cannot draw soft light
 
 
@@ -146,6 +147,7 @@ def _read_volume(path: Path, raw: RawLayout | None = None, choice: Choice | None
 
 
 def _reference_engine(volume: Volume, settings: requests.ReferenceSettings) -> requests.Engine:
+    from model.rendering.raycast.renderer import RaycastRenderer
     from model.rendering.renderer import FallbackRenderer, open_renderer
 
     name, lighting = settings.renderer, settings.lighting
@@ -156,13 +158,14 @@ def _reference_engine(volume: Volume, settings: requests.ReferenceSettings) -> r
         return RendererEngine(_drawer(settings, open_renderer("vtk", *place)))
     if name == "vtk" and lighting != "soft":
         return RendererEngine(_drawer(settings, FallbackRenderer(*place)))
-    if name != "auto" and name != "vtk":
-        return RendererEngine(_drawer(settings, open_renderer(name, *place), name))
-    drawer = _drawer(settings, open_renderer("raycast", *place), "raycast")
-    if lighting == "soft":
-        return RendererEngine(replace(drawer, remark=SOFT_REMARK))
+    caster = RaycastRenderer(*place, is_blurred=settings.smooths)
+    drawer = _drawer(settings, caster, "raycast")
+    if name == "raycast":
+        return RendererEngine(drawer)
+    if settings.smooths or lighting == "soft":
+        remark = SMOOTH_REMARK if settings.smooths else SOFT_REMARK
+        return RendererEngine(replace(drawer, remark=remark))
     spares = not settings.is_truth
-    caster = drawer.renderer
     return ReferenceEngine(drawer, partial(FallbackRenderer, *place, spares, caster))
 
 

@@ -68,6 +68,7 @@ class ReferenceSettings:
     is_truth: bool = False
     """Whether a generator's image is compared with it. Then VTK draws at rest for "auto" even
     without a graphics card; otherwise the ray caster would, which is several times as fast."""
+    smooths: bool = False  # whether the ray caster alone draws, and voxels are blurred
 
     @property
     def smooth_distance(self) -> float:

@@ -294,8 +294,17 @@ class ReferenceImage(QObject):
         shown = pane if self._state.tf_input.compares else "A"
         wanted = self.choices_of(shown).settings(self._scene, self.slow_lights)
         # Where no model's image is compared with it, the faster and finer renderer stays.
-        is_compared = self._scheduler.shows_generator
-        return replace(wanted, is_truth=wanted.is_truth and is_compared)
+        scene, is_compared = self._scene, self._scheduler.shows_generator
+        is_truth = wanted.is_truth and is_compared
+        as_trained = is_compared and scene is not None and scene.lighting == wanted.lighting
+        smooths = (
+            self._volume is not None
+            and self._volume.has_thick_slices
+            and not (is_truth or as_trained)
+            and wanted.renderer == "auto"
+            and wanted.lighting != "path"
+        )
+        return replace(wanted, is_truth=is_truth, smooths=smooths)
 
     def _size_images(self) -> None:
         size, scheduler = self.choices.reference_size, self._scheduler

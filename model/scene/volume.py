@@ -22,6 +22,8 @@ from model.scene.distribution import Distribution, Range
 from model.scene.filling import fill
 from model.scene.value_scale import ValueScale, logarithms, value_at
 
+THICK = 1.6  # longest side of thick slices' voxels, in shortest ones
+
 ChoiceKind = Literal["series", "array", "time", "channel", "component"]  # of several volumes
 
 
@@ -290,6 +292,11 @@ class Volume:
     def voxel_size(self) -> float:
         """Geometric mean of the spacing: unit of sample distances and of a TF's opacities."""
         return math.prod(self.spacing) ** (1 / 3)
+
+    @property
+    def has_thick_slices(self) -> bool:
+        """Whether what is thin and oblique looks like ropes of beads, a bead for each slice."""
+        return max(self.spacing) >= THICK * min(self.spacing)
 
     @cached_property
     def distribution(self) -> Distribution:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -128,6 +128,7 @@ class RaycastRenderer:
 
     The light is that of inputs without one. Distances between samples are in voxels; there is a
     thread per processor by default. `shadow` is the share of extinction that attenuates soft light.
+    `is_blurred` draws and differentiates blurred voxels, except of labels.
     `skip_empty` and `terminate_early` can be switched off for measurements.
     """
 
@@ -140,6 +141,7 @@ class RaycastRenderer:
         *,
         threads: int | None = None,
         shadow: float = SHADOW,
+        is_blurred: bool = False,
     ) -> None:
         if lighting == "path":
             raise RenderError(
@@ -154,13 +156,15 @@ class RaycastRenderer:
         self._shadow = shadow
         threads = threads or processors()
         self._executor = ThreadPoolExecutor(threads, thread_name_prefix="raycast")
-        self._voxels = KernelVoxels(volume, self._executor)
-        self._noise = noise_of(self._voxels.scalars) if lighting == "direct" else 0.0
+        self._is_blurred = is_blurred and not volume.file.is_labels
+        self._voxels = lru_cache(partial(KernelVoxels, volume, self._executor))
+        scalars, _ = renderable_scalars(volume, KERNEL_TYPES)
+        self._noise = noise_of(scalars) if lighting == "direct" else 0.0
         self._is_coarsely_lit = False
         self.differentiates_windows = lighting != "soft"
         """Whether many windows are as fast as one; soft light needs an adjoint sweep for each."""
         # What the first image needs is made before it.
-        first = self._voxels.under(None)
+        first = self._voxels(self._is_blurred).under(None)
         if lighting == "soft":
             first.illumination(LONGEST_AXIS)
 
@@ -304,7 +308,7 @@ class RaycastRenderer:
         distance, volume, raster = self.sample_distance, self._volume, Raster.of(size)
         classified = self._classified(inputs)
         changes = level_table(edit * classified.derivative)
-        classifier = self._voxels.under(inputs.mask).classifier
+        classifier = self._voxels_of(inputs).under(inputs.mask).classifier
         shown = classified.opacity + abs(changes)
         cells = classifier.cells_around(shown, distance, self.skip_empty)
         light, glow = self._lit(inputs, raster, classified)
@@ -414,8 +418,11 @@ class RaycastRenderer:
 
     def _medium(self, inputs: SceneInputs, raster: Raster, classified: Classification) -> Medium:
         """Return the volume for kernels: at rest, normals of large voxels are blurred."""
-        medium = self._voxels.medium(inputs, classified.opacity, classified.cells)
+        medium = self._voxels_of(inputs).medium(inputs, classified.opacity, classified.cells)
         return medium._replace(blur=np.float32(self._blur(inputs, raster)))
+
+    def _voxels_of(self, inputs: SceneInputs) -> KernelVoxels:
+        return self._voxels(self._is_blurred and not inputs.is_nearest(self._volume))
 
     def _blur(self, inputs: SceneInputs, raster: Raster) -> float:
         return 0.0 if self._is_coarsely_lit else blur_of(inputs.view, self._volume, raster)
@@ -460,7 +467,7 @@ class RaycastRenderer:
     def _classified(self, inputs: SceneInputs, distance: float | None = None) -> Classification:
         """Classify the samples under a scene's TF; the renderer's own distance by default."""
         apart = distance or self.sample_distance
-        classifier = self._voxels.under(inputs.mask).classifier
+        classifier = self._voxels_of(inputs).under(inputs.mask).classifier
         return classifier.classified(inputs.opacity_tf, apart, self.skip_empty)
 
     def _lit(
@@ -481,7 +488,7 @@ class RaycastRenderer:
         if self._lighting != "soft":
             return None
         longest = COARSE if is_coarse or self._is_coarsely_lit else LONGEST_AXIS
-        return self._voxels.under(inputs.mask).illumination(longest)
+        return self._voxels_of(inputs).under(inputs.mask).illumination(longest)
 
     def _soft_light(self, inputs: SceneInputs, raster: Raster) -> SoftLight:
         travel = travel_direction(inputs.view, inputs.light or self._default)

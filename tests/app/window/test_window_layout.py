@@ -18,6 +18,7 @@ from app.theme import apply_theme
 from app.window.help_pages import status_keys
 from app.window.settings_dialog import apply_single_keys
 from model.scene.region import Outline
+from model.scene.volume import Volume
 
 SIZES = (
     (1920, 1080), (960, 540), (1000, 640), (853, 450), (800, 450), (1093, 614), (1280, 720),
@@ -214,11 +215,16 @@ def test_keys_reach_every_area_and_the_status_line_says_those_under_the_mouse(
     qtbot.waitUntil(canvas.hasFocus)
     window.top_bar._fold(True)
     assert not window.top_bar.menu_bar.isVisible() and window.top_bar.menus.isVisible()
-    # VTK draws at rest only next to a model's image, whose truth it is.
-    assert window.workspace.reference.settings.is_truth
+    # VTK draws at rest only next to a model's image, whose truth it is, and voxels as they are.
+    monkeypatch.setattr(Volume, "has_thick_slices", True)
+    reference = window.workspace.reference
+    reference.follow_panes()
+    assert reference.settings.is_truth and not reference.settings.smooths
     QTest.keyClick(canvas, Qt.Key.Key_C)
     assert window.panes.images == [window.reference]
-    assert not window.workspace.reference.settings.is_truth
+    assert not reference.settings.is_truth and reference.settings.smooths
+    reference.choose(keep=False, drawing="raycast")
+    assert not reference.settings.smooths
     assert len([a for a in window.top_bar.menus.actions() if a.menu() is not None]) == 5
     opened = []
     monkeypatch.setattr(window.top_bar, "open_menus", lambda: opened.append(True))
