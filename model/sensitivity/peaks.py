@@ -27,6 +27,11 @@ class Interval:
     """Change of the region's RMS pixel value by an edit that adds .01 of opacity at its peak;
     negative if it becomes darker."""
 
+    @property
+    def reach(self) -> Range:
+        """Its lowest and highest value."""
+        return self.low, self.high
+
     def predicted(self, height: float) -> float:
         """Expected change of the region's pixels for a mode of this opacity, to first order."""
         return self.response * height / SMALL_EDIT
@@ -144,7 +149,12 @@ def follow(
     """List the present values in their order before an edit, and those that are gone."""
     left, listed = [*found], list[Found]()
     for old in before:
-        near = [new for new in left if is_same_value(new.value, old.value, scalar_range)]
+        low, high = old.reach
+        near = [
+            new
+            for new in left
+            if low <= new.value <= high or is_same_value(new.value, old.value, scalar_range)
+        ]
         new = min(near, key=lambda new: abs(new.value - old.value), default=None)
         if new is None:
             listed.append(gone(old))

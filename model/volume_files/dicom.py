@@ -226,8 +226,14 @@ SUFFIXES = (".dcm", ".dicom", ".ima")
 
 
 def dicom_slices(folder: Path) -> list[Path]:
-    """Return the files of a folder that have a DICOM suffix or DICOM content, sorted by name."""
-    files = sorted(slices_in(folder, SUFFIXES))
+    """Return the files of a folder that have a DICOM suffix or DICOM content, sorted by name.
+
+    A disc's folder, which has a DICOMDIR, has its images in folders below it.
+    """
+    folders = [folder]
+    if any(path.name.upper() == "DICOMDIR" for path in folder.iterdir()):
+        folders += [path for path in folder.rglob("*") if path.is_dir() and not path.is_symlink()]
+    files = sorted(path for each in folders for path in slices_in(each, SUFFIXES))
     return [
         path
         for path in files

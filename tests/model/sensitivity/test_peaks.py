@@ -94,6 +94,11 @@ def test_values_stay_in_their_rows_while_they_are_edited():
     missing = peaks.follow(before, peaks.contributions(bump(60, 5, 1.0), RANGE), RANGE, gone)
     assert [(round(c.value), round(c.share, 2)) for c in missing] == [(160, 0.0), (60, 1.0)]
     assert peaks.follow((), after, RANGE, gone) == after
+    # An edit within a broad peak's reach may show more of its flank.
+    (broad,) = peaks.contributions(bump(120, 12, 1.0), RANGE)
+    within = peaks.contributions(bump(106, 5, 1.0), RANGE)
+    assert abs(within[0].value - broad.value) > peaks.SAME
+    assert peaks.follow((broad,), within, RANGE, gone) == within
 
 
 def test_what_goes_on_rising_outside_the_window_is_no_peak_inside():

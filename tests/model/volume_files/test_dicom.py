@@ -79,6 +79,11 @@ def test_one_slice_stands_for_its_series(tmp_path):
     check(read_volume(tmp_path / "051.dcm"), other)
     note = "Of 2 series 'series' is read (7 x 5 x 6); also there: series (2)."
     check(read_volume(tmp_path), voxels(), notes=(note,))
+    # A disc has its series in folders.
+    for start, name, each in ((0, "A/B", voxels()), (50, "A/C", other)):
+        write_dicom(tmp_path / "disc" / name, each, start=start, SeriesInstanceUID=f"9.{start}")
+    (tmp_path / "disc" / "DICOMDIR").touch()
+    check(read_volume(tmp_path / "disc"), voxels(), notes=(note,))
 
 
 def test_sagittal_slices_have_the_patients_axes(tmp_path):
