@@ -13,7 +13,7 @@ from app.caption_button import CaptionButton, Tone
 from app.controls import Painted, fill, wrapped
 from app.engines.client import Channel, EngineClient, EngineName, EngineState
 from app.engines.messages import Result
-from app.engines.requests import Request
+from app.engines.requests import ReferenceSettings, Request
 from app.image_view.image_canvas import LEAST_PROGRESS, ImageCanvas, to_qimage
 from app.number_box import short
 from app.picture import BLACK, Background
@@ -77,8 +77,9 @@ class EnginePane(QWidget):
         self.canvas = ImageCanvas(self)
         self.caption = CaptionButton(on_image=True)
         self.caption.setParent(self.canvas)
-        self._wanted: SceneInputs | None = None
-        self._shown: SceneInputs | None = None
+        # What the next and the present image depend on; B has its own settings.
+        self._wanted: tuple[SceneInputs, ReferenceSettings | None] | None = None
+        self._shown: tuple[SceneInputs, ReferenceSettings | None] | None = None
         self._patience = QTimer(self, singleShot=True, interval=PATIENCE_MS)
         self._patience.timeout.connect(self._be_late)
         fill(QVBoxLayout(self), self.canvas)
@@ -189,8 +190,8 @@ class EnginePane(QWidget):
         # Models draw the whole volume, and a hint says so.
         parts = {"cropped": not request.inputs.part.is_whole, "masked": request.inputs.mask}
         shown = [name for name, part in parts.items() if part and self.engine == "exact"]
-        facts = [*shown, by, f"{width} × {height}", f"{1000 * result.seconds:.0f} ms"]
-        self.detail = "   ".join(fact for fact in facts if fact)
+        facts = [*shown, by, f"{width} × {height} pixels", f"{short(result.seconds)} s"]
+        self.detail = ", ".join(fact for fact in facts if fact)
         self._masked = "masked" * ("masked" in shown)
         if self.engine == "exact":
             # More is in the tooltip.
@@ -198,8 +199,8 @@ class EnginePane(QWidget):
             self.samples = 0 if result.image.is_preview else result.image.samples
         moves = request.quality.live and result.seconds > 0
         self._speed = f"moving {short(min(1 / result.seconds, 999))} fps" if moves else ""
-        self._shown, self._is_late = request.inputs, False
-        if self._wanted in (None, request.inputs):
+        self._shown, self._is_late = (request.inputs, request.settings), False
+        if self._wanted in (None, self._shown):
             self._patience.stop()
         else:
             self._patience.start()
@@ -209,7 +210,7 @@ class EnginePane(QWidget):
 
     def _wait(self, request: Request) -> None:
         """Say that the image is late, unless the wanted one arrives soon."""
-        self._wanted = request.inputs
+        self._wanted = request.inputs, request.settings
         if self._wanted != self._shown and not self._patience.isActive():
             self._patience.start()
 

@@ -8,6 +8,7 @@ from PySide6.QtCore import QRectF, Qt
 from PySide6.QtGui import QImage, QPainter
 from window_fakes import FakeEngine, make_request
 
+from app.engines.requests import ReferenceSettings
 from app.image_view.image_canvas import to_qimage
 from app.picture import compose
 from model.scene.view import View
@@ -34,7 +35,7 @@ def test_images_are_shown_brighter_at_once(qtbot, pane):
 
 def test_an_image_that_is_not_up_to_date_says_so_once_the_next_takes_long(qtbot, pane):
     engine = FakeEngine(gate=threading.Semaphore(1))
-    pane.client.start(lambda: engine, "Loading …")
+    pane.client.start(lambda *_: engine, "Loading …")
     with qtbot.waitSignal(pane.client.settled):
         pane.client.submit(make_request(1))
     assert pane.caption.detail != "drawing …"
@@ -48,10 +49,16 @@ def test_an_image_that_is_not_up_to_date_says_so_once_the_next_takes_long(qtbot,
     engine.gate.release(2)
     qtbot.waitUntil(lambda: red(pane) == 3)
     assert pane.caption.detail != "drawing …"
-    # Under another light, an image of the same inputs is another one.
+    # Under another light, an image of the same inputs is another one, as of B.
+    engine.gate, lit = threading.Semaphore(0), ReferenceSettings(lighting="soft")
+    pane.client.submit(replace(turned, sequence=4, settings=lit))
+    qtbot.waitUntil(lambda: pane.caption.detail == "drawing …")
+    engine.gate.release(1)
+    qtbot.waitUntil(lambda: pane.caption.detail != "drawing …")
+    # Another engine has another light.
     gate = threading.Semaphore(0)
     pane.client.start(lambda: FakeEngine(gate=gate), "")
-    pane.client.submit(replace(turned, sequence=4))
+    pane.client.submit(replace(turned, sequence=5))
     qtbot.waitUntil(lambda: pane.caption.detail == "drawing …")
     pane.client.fail("It failed.")
     assert pane.caption.detail != "drawing …"
