@@ -2,7 +2,7 @@ from functools import partial
 
 import numpy as np
 import pytest
-from drawing import VIEW, constant, drawn, rms, slab
+from drawing import RANGE, VIEW, WHITE, constant, drawn, rms, slab
 from scipy.ndimage import map_coordinates
 
 from model.rendering.raycast.renderer import RaycastRenderer
@@ -117,12 +117,6 @@ def test_light_does_not_depend_on_the_unit_of_float32(scale):
     np.testing.assert_allclose(images[1], images[0], atol=0.004)
 
 
-RANGE = (0.0, 200.0)
-WHITE = ColorTF(RANGE, ((0.0, 1.0, 1.0, 1.0), (200.0, 1.0, 1.0, 1.0)))
-SOLID = OpacityTF(RANGE, points=((0.0, 0.0), (80.0, 0.0), (120.0, 0.95), (200.0, 0.95)))
-LOWER = CropBox((0.0, 0.0, 0.0), (1.0, 1.0, 0.55))
-
-
 @pytest.mark.parametrize("dtype", ["float32", "uint8"])
 @pytest.mark.parametrize("sigma", [0.0, 2.0, 7.0])
 def test_noise_is_that_of_the_material_not_of_the_air(dtype, sigma):
@@ -165,7 +159,9 @@ def test_what_is_thinner_than_a_step_is_as_opaque_as_its_length(name, flat):
 def test_vtks_picture_does_not_depend_on_the_unit_of_length():
     away = np.linalg.norm(np.indices((48, 48, 48)) - 23.5, axis=0)
     ball = np.rint(180 * np.clip(18.5 - away, 0, 1)).astype(np.uint8)
-    inputs = SceneInputs(View(), SOLID, WHITE, crop=LOWER)
+    solid = OpacityTF(RANGE, points=((80.0, 0.0), (120.0, 0.95)))
+    lower = CropBox((0.0, 0.0, 0.0), (1.0, 1.0, 0.55))
+    inputs = SceneInputs(View(), solid, WHITE, crop=lower)
     images = [
         drawn(VtkRenderer, Volume(ball, (unit, unit, 2 * unit)).over(RANGE), inputs, 48, "direct")
         for unit in (1.0, 1e-9, 1e6)

@@ -177,11 +177,9 @@ def test_light_scattered_once_is_that_of_a_quadrature(spacing, masks, size):
     step = t[1] - t[0]
     towards = np.array(light.towards()) @ VIEW.basis()
     sigma = seen_at(places)
-    apart = np.linspace(0, 2 * volume.radius, 801)[1:] - volume.radius / 800
-    beyond = places[:, None] + apart[:, None] * towards
-    depth = seen_at(beyond.reshape(-1, 3)).reshape(len(places), -1).sum(axis=1) * (
-        2 * volume.radius / 800
-    )
+    width = volume.radius / 400
+    beyond = places[:, None] + (np.arange(800) + 0.5)[:, None] * width * towards
+    depth = width * seen_at(beyond.reshape(-1, 3)).reshape(len(places), -1).sum(axis=1)
     own = (np.cumsum(sigma) - sigma / 2) * step
     expected = np.sum(sigma * np.exp(-own - depth)) * step / 4
     lamp = Lamp(key=1.0, sky=0.0, radius=0.01, surfaces=False, bounces=1)
