@@ -81,6 +81,11 @@ class Menus:
         workspace = self._window.workspace
         return lambda: workspace.opened is not None and bool(test(workspace.opened))
 
+    def _on_volume(self, slot: Slot) -> Slot:
+        """Return a slot that without a volume only says that one is needed."""
+        workspace, say = self._window.workspace, self._window.status.say
+        return lambda: say("Open a volume first.") if workspace.opened is None else slot()
+
     def _has_mask(self) -> bool:
         return self._window.state.mask_input.value is not None
 
@@ -165,12 +170,15 @@ class Menus:
             difference.setChecked(wanted)
             error.is_wanted = wanted
 
+        def show_crop() -> None:
+            self._on_volume(lambda: crop.set_shown(not crop.is_shown))()
+            refresh()
+
         compare = self._act(bar.compare, compare_images, "C")
         difference = self._act(bar.difference, show_difference, "D")
         browse = lambda: latent.choose(shown=not latent.choices.shown)  # noqa: E731
         browsing = self._act(bar.browse, browse, "B", "Ctrl+B")
         self._saving = self._act(bar.save, window.saving.ask, "Ctrl+Shift+S")
-        show_crop = lambda: crop.set_shown(not crop.is_shown)  # noqa: E731
         self._cropping = self._act(window.tools.crop, show_crop, "K", "Ctrl+K")
 
         def refresh() -> None:
@@ -307,7 +315,7 @@ class Menus:
         self._cropping.setText("Crop bo&x")
         menu.addAction(self._cropping)
         plane = menu.addMenu("Clipping p&lane")
-        self._add(plane, "&Face the viewer", face_clip, "Shift+K")
+        self._add(plane, "&Face the viewer", self._on_volume(face_clip), "Shift+K")
         self._add(plane, "F&lip", state.flip_clip)
         self._add(plane, "&Remove", partial(state.clip_input.set, None))
         self._add(
@@ -378,11 +386,8 @@ class Menus:
         self._window.workspace.reference.choose_look(drawing=name)
 
     def _toggle_b(self) -> None:
-        window, tf_input = self._window, self._window.state.tf_input
-        if window.workspace.opened is None:
-            window.status.say("There is nothing to compare yet. Open a volume first.")
-            return
-        tf_input.compare(not tf_input.compares)
+        tf_input = self._window.state.tf_input
+        self._on_volume(lambda: tf_input.compare(not tf_input.compares))()
 
     def _toggle_wipe(self) -> None:
         if self._window.state.tf_input.compares:
@@ -406,8 +411,9 @@ class Menus:
     def _fill_region(self, menu: QMenu) -> None:
         regions, view = self._window.sensitivity_state, self._window.sensitivity
         save = self._window.files.save_sensitivity
-        self._add(menu, "&Rectangle", lambda: regions.set_tool("rectangle"), "R")
-        self._add(menu, "&Lasso", lambda: regions.set_tool("lasso"), "L")
+        draw = regions.set_tool
+        self._add(menu, "&Rectangle", self._on_volume(lambda: draw("rectangle")), "R")
+        self._add(menu, "&Lasso", self._on_volume(lambda: draw("lasso")), "L")
         of_region = (
             add_action(menu, "R&emove region", regions.remove_region, "Shift+Delete"),
             add_action(menu, "&Whole image", lambda: regions.activate(None)),

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from model.kernel_cache import KernelGroup
-from tests.benchmarks import extremes, motion, networks, path_light, renderers, sensitivity, slices
+from tests.benchmarks import extremes, motion, networks, path_light, renderers, sensitivity
 from tests.benchmarks.opening import distinct
 
 
@@ -48,11 +48,6 @@ def test_extremes_are_written_into_their_page_and_nothing_is_infinite(kinds, row
     assert text.count("| no extreme |") == 2
     assert "| not finite |" not in text
     assert text.count("\n| ") > 2 * rows
-
-
-def test_scrolled_slices_are_counted(small, capsys, windows):
-    slices.main([*small[:2], "--seconds", "0.1"])
-    assert "overlay" in capsys.readouterr().out
 
 
 def test_pictures_that_all_differ_are_counted():

@@ -2,7 +2,7 @@ from functools import partial
 from itertools import combinations
 
 import pytest
-from mouse_events import drag
+from mouse_events import action, drag
 from PySide6.QtCore import QPoint, QRect, Qt
 from PySide6.QtGui import QPixmap
 from PySide6.QtTest import QTest
@@ -304,6 +304,13 @@ def test_a_window_without_a_volume_offers_some(qtbot, make_window, builders):
     assert len(card.samples) == len(shipped_volumes())
     # What would do nothing says so.
     assert not window.tools.isEnabled() and not window.editor.isEnabled()
+    for name in ("Crop box", "Face the viewer", "Rectangle", "Compare with B"):
+        window.status.say("")
+        action(window, name).trigger()
+        assert window.status.news == "Open a volume first."
+    assert not (window.crop_card.is_shown or window.tools.crop.isChecked())
+    assert window.sensitivity_state.tool is None
+    window.status.say("")
     assert not any(cube.isVisible() for cube in window.findChildren(OrientationCube))
     assert window.status.keys == "[Ctrl O] open a volume"
     assert not window.reference.caption.isVisible() and not window.status.view.isVisible()
