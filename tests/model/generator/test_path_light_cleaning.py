@@ -3,8 +3,9 @@ import pytest
 import torch
 from ramp import make_tf, make_volume
 
+from model.generator import path_light_cleaning
 from model.generator.catalog import PATH_LIGHT
-from model.generator.path_light_cleaning import MOST_SAMPLES, cleaning_of
+from model.generator.path_light_cleaning import MOST_PIXELS, MOST_SAMPLES, cleaning_of
 from model.networks.path_light_network import (
     PathLightCard,
     PathLightNetwork,
@@ -27,12 +28,16 @@ SMALL = PathLightSize(8)
 
 
 @needs_denoiser
-def test_pictures_of_few_samples_are_finished_and_those_of_many_denoised(tmp_path):
+@pytest.mark.parametrize("most_pixels", [0, MOST_PIXELS])
+def test_pictures_of_few_samples_are_finished_and_those_of_many_denoised(
+    tmp_path, monkeypatch, most_pixels
+):
+    monkeypatch.setattr(path_light_cleaning, "MOST_PIXELS", most_pixels)
     torch.manual_seed(1)
     network, file = PathLightNetwork(SMALL), tmp_path / "network.safetensors"
     torch.nn.init.normal_(network.out.weight, std=0.05)
     save_path_light(file, PathLightCard(SMALL), network)
-    volume, raster = make_volume(), Raster(41, 30)
+    volume, raster = make_volume(), Raster(41, 31)
     inputs = SceneInputs.of(View(), make_tf(120.0))
     tracer = PathTracer(volume, threads=1)
     cleaning, close = cleaning_of(volume, network=file)
@@ -42,7 +47,7 @@ def test_pictures_of_few_samples_are_finished_and_those_of_many_denoised(tmp_pat
         plain, found = (
             each.clean(traced.radiance, traced, traced.samples) for each in (alone, finishing)
         )
-        assert found.shape == (30, 41, 3)
+        assert found.shape == (31, 41, 3)
         assert np.array_equal(plain, found) == (traced.samples > MOST_SAMPLES)
     # Nothing shines where nothing is.
     for picture in RefiningRenderer(tracer, cleaning).refined(inputs, raster, MOST_SAMPLES):
@@ -64,18 +69,17 @@ def test_where_a_part_is_missing_the_rest_cleans(tmp_path, monkeypatch):
 
 @needs_denoiser
 @pytest.mark.slow
-def test_the_shipped_network_is_nearer_to_the_truth_than_the_denoiser():
+@pytest.mark.parametrize("size", [128, 272])
+def test_the_shipped_network_is_nearer_to_the_truth_than_the_denoiser(size):
     assert PATH_LIGHT.is_file()
     for path in shipped_volumes():
         volume = read_volume(path)
         tf = default_transfer_function(volume)
         inputs = SceneInputs.of(View(140, 25, 0, 0.7), tf)
-        *_, exact = PathTracer(volume, seed=5).refine(inputs, 128, 128)
+        *_, exact = PathTracer(volume, seed=5).refine(inputs, size, 64)
         cleaning, close = cleaning_of(volume)
-        alone, shown = (
-            next(iter(RefiningRenderer(PathTracer(volume), each).refined(inputs, 128, 1)))
-            for each in (denoiser, cleaning)
-        )
-        errors = [np.square(each.rgba - exact.rgba).mean() for each in (alone, shown)]
-        assert errors[1] < errors[0]
+        each = [RefiningRenderer(PathTracer(volume), way) for way in (denoiser, cleaning)]
+        for alone, shown in zip(*(one.refined(inputs, size, 2) for one in each), strict=True):
+            errors = [np.square(one.rgba - exact.rgba).mean() for one in (alone, shown)]
+            assert errors[1] < errors[0]
         close()
