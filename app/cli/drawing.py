@@ -250,7 +250,8 @@ def _rendered(asked: Render, drawer: Drawer, place: _Place) -> Drawer:
         return image
 
     def drawn_by() -> str:
-        by = RENDERER_NAMES["raycast" if failures else name]
+        by_raycast = getattr(renderer, "by_raycast", False)
+        by = RENDERER_NAMES["raycast" if by_raycast else name]
         return f"the {by}" if by.islower() else by
 
     return replace(drawer, draw=draw, drawn_by=drawn_by, close=renderer.close)

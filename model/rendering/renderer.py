@@ -92,12 +92,8 @@ class FallbackRenderer:
         self._place = volume, lighting, light, sample_distance
         self._ray_caster = ray_caster
         self._renderer: Renderer
-        remarks = {
-            "soft": "Only the ray caster draws soft light.",
-            "path": "The path tracer draws.",
-        }
-        if lighting in remarks:
-            self.remark = remarks[lighting]
+        if lighting == "soft":
+            self.remark = "Only the ray caster draws soft light."
             self._renderer = self._opened_ray_caster()
             return
         if spares_processor:

@@ -51,7 +51,7 @@ def test_size_and_background(base, tmp_path):
     assert clear.shape == (64, 64, 4) and clear[0, 0, 3] == 0 and clear[..., 3].max() > 100
 
 
-def test_path_traced_light_says_its_samples_and_its_error(base, tmp_path):
+def test_pictures_say_what_drew_them_and_path_traced_ones_samples_and_error(base, tmp_path):
     out = tmp_path / "image.png"
     errors = []
     for samples in (4, 64):
@@ -69,6 +69,10 @@ def test_path_traced_light_says_its_samples_and_its_error(base, tmp_path):
         said = saved.info["Renderer"]
     assert float(said.rsplit(" ", 1)[1]) <= 0.02
     assert 1 < int(said.split(", ")[1].split()[0]) < 1000
+    # VTK has no soft light.
+    picture(base.replace("raycast", "vtk"), out, "--size 48 --lighting soft")
+    with Image.open(out) as saved:
+        assert saved.info["Renderer"] == "the ray caster"
 
 
 def test_legend_and_scale_bar(base, tmp_path):
