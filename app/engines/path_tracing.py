@@ -46,14 +46,15 @@ class _Tracing:
 
     inputs: SceneInputs
     raster: Raster
-    coming: Iterator[Refined] = field(default_factory=lambda: iter(()))
+    coming: Iterator[Refined | None] = field(default_factory=lambda: iter(()))
     last: Refined | None = None
-    spent: float = 0.0  # seconds spent so far
+    spent: float = 0.0  # seconds until the last image
+    taken: float = 0.0  # seconds since then
     watch: Watch = UNWATCHED
-    is_given_up: bool = False
 
     def is_wanted(self) -> bool:
-        return self.watch.is_wanted()
+        """Whether to go on: tracing pauses for other work, and for good if it is superseded."""
+        return self.watch.is_wanted() and not self.watch.gives_way()
 
 
 class PathTracingEngine(RendererEngine):
@@ -101,7 +102,7 @@ class PathTracingEngine(RendererEngine):
         details = f", light of 1 in {SIDE**2} pixels, {found.method}" if found.method else ""
         return self._image(found, details)
 
-    def _resting(self, request: ImageRequest, watch: Watch, width: int) -> Iterator[Image]:
+    def _resting(self, request: ImageRequest, watch: Watch, width: int) -> Iterator[Image | None]:
         """Trace more and more samples per pixel; an image of the same scene is continued."""
         whole, traced = request.quality.pixels, self._traced.get(request.channel)
         if traced is not None and traced.last is not None and traced.inputs == request.inputs:
@@ -129,17 +130,22 @@ class PathTracingEngine(RendererEngine):
 
     def _refined(
         self, request: ImageRequest, raster: Raster, is_last: bool, watch: Watch
-    ) -> Iterator[Image]:
+    ) -> Iterator[Image | None]:
         """Draw an image with more and more samples, or with one if a finer image follows."""
         traced, scene = self._traced.get(request.channel), (request.inputs, raster)
-        if traced is None or traced.is_given_up or (traced.inputs, traced.raster) != scene:
+        if traced is None or (traced.inputs, traced.raster) != scene:
             traced = self._traced[request.channel] = _Tracing(*scene)
             traced.coming = self._refining.refined(
                 *scene, MOST_SAMPLES, traced.is_wanted, self._distance
             )
         traced.watch = watch
-        found, stop = traced.last or self._go_on(traced), request.stop
+        found, stop = traced.last, request.stop
         while True:
+            while found is None:
+                found = self._go_on(traced)
+                if found is None:
+                    watch.go_on()
+                    yield None
             details = f", {found.samples} sample{'s' * (found.samples > 1)}"
             details += f", {found.method}" if found.method else ""
             is_enough = found.samples >= stop.samples or found.error <= stop.error
@@ -149,21 +155,19 @@ class PathTracingEngine(RendererEngine):
             yield replace(self._image(found, details), is_last=is_last and is_enough)
             if is_enough or not is_last:
                 return
-            found = self._go_on(traced)
+            found = None
 
-    def _go_on(self, traced: _Tracing) -> Refined:
-        """Trace more samples."""
+    def _go_on(self, traced: _Tracing) -> Refined | None:
+        """Trace more samples; None if others come first."""
         begun = time.perf_counter()
-        traced.last = next(traced.coming, None)
-        if traced.last is None:
-            # The refinement ends early only if the image is no longer wanted.
-            traced.is_given_up = True
-            raise SupersededError
-        self._seconds = time.perf_counter() - begun
-        traced.spent += self._seconds
-        if traced.last.samples == 1:
-            self._sizes.note(SAMPLE, traced.raster.side, self._seconds)
-        return traced.last
+        found = next(traced.coming)
+        traced.taken += time.perf_counter() - begun
+        if found is not None:
+            self._seconds, traced.taken, traced.last = traced.taken, 0.0, found
+            traced.spent += self._seconds
+            if found.samples == 1:
+                self._sizes.note(SAMPLE, traced.raster.side, self._seconds)
+        return found
 
     def _image(self, found: Refined, details: str) -> Image:
         self._details = details

@@ -62,7 +62,7 @@ class RendererEngine(Engine):
         """One sentence on why this renderer draws; empty if it was asked for."""
         return self._drawer.remark
 
-    def images_of(self, request: ImageRequest, watch: Watch = UNWATCHED) -> Iterator[Image]:
+    def images_of(self, request: ImageRequest, watch: Watch = UNWATCHED) -> Iterator[Image | None]:
         """Draw one image while something moves; at rest ever finer ones."""
         inputs, whole, channel = request.inputs, request.quality.pixels, request.channel
         if request.quality.live:
@@ -73,10 +73,10 @@ class RendererEngine(Engine):
             return
         finest = self._finest.get(channel)
         width = finest[1].width if finest is not None and finest[0] == inputs else 0
-        for image in self._resting(request, watch, width):
-            if not image.is_preview:
-                self._finest[channel] = inputs, image
-            yield image
+        for finer in self._resting(request, watch, width):
+            if finer is not None and not finer.is_preview:
+                self._finest[channel] = inputs, finer
+            yield finer
 
     def trade_off(self, request: TradeOffRequest, watch: Watch = UNWATCHED) -> Array:
         """Measure moving images against the image at rest that was drawn last."""
@@ -181,7 +181,7 @@ class RendererEngine(Engine):
         """Draw an image while something moves."""
         return self._drawer.moving(request.inputs, raster, watch)
 
-    def _resting(self, request: ImageRequest, watch: Watch, width: int) -> Iterator[Image]:
+    def _resting(self, request: ImageRequest, watch: Watch, width: int) -> Iterator[Image | None]:
         """Draw ever finer images, given the width of the one that is shown."""
         return self._drawer.resting(request, watch, width)
 

@@ -34,6 +34,7 @@ class Watch:
 
     is_wanted: Callable[[], bool] = lambda: True
     note: Callable[[float], object] = lambda _part: None
+    gives_way: Callable[[], bool] = lambda: False  # whether an image at rest waits for other work
 
     def go_on(self) -> None:
         """Raise :class:`SupersededError` unless the answer is still wanted."""
@@ -124,7 +125,7 @@ class Request:
     sequence: int = field(default=0, compare=False, kw_only=True)
     channel: str = field(default=IMAGES, compare=False, kw_only=True)
 
-    def answer(self, engine: Engine, watch: Watch) -> NDArray[Any] | Iterator[Image]:
+    def answer(self, engine: Engine, watch: Watch) -> NDArray[Any] | Iterator[Image | None]:
         """Return an engine's answer, or an iterator of ever better images.
 
         Raises :class:`SupersededError` if the answer is no longer wanted.
@@ -231,8 +232,11 @@ class Engine(ABC):
         return ""
 
     @abstractmethod
-    def images_of(self, request: ImageRequest, watch: Watch = UNWATCHED) -> Iterator[Image]:
-        """Draw ever better images, up to the final one; stop when they are no longer wanted."""
+    def images_of(self, request: ImageRequest, watch: Watch = UNWATCHED) -> Iterator[Image | None]:
+        """Draw ever better images, up to the final one; stop when they are no longer wanted.
+
+        None is yielded to let other work come first.
+        """
 
     @abstractmethod
     def picture(self, request: PictureRequest, watch: Watch = UNWATCHED) -> NDArray[np.uint8]:

@@ -4,6 +4,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from functools import partial
+from itertools import islice
 
 import numpy as np
 from PySide6.QtCore import QObject, Qt, Signal, Slot
@@ -76,6 +77,10 @@ class Mailbox:
             return newer is None or newer.quality.live
         return newer is None and request.channel not in self._abandoned
 
+    def has_requests(self) -> bool:
+        """Return whether a request waits."""
+        return bool(self._slots)
+
     def close(self) -> None:
         """End the thread, even if its engine is busy; no request can be taken any more."""
         with self._changed:
@@ -86,8 +91,8 @@ class Mailbox:
 class EngineWorker(QObject):
     """Builds an engine in its own thread and answers the newest requests of a mailbox there.
 
-    Images get better until there is a newer request of their channel. Between two images, other
-    channels take their turn.
+    Images get better until there is a newer request of their channel. Between two images, and where
+    one takes long, other channels take their turn.
 
     `told` is emitted in this object's thread: once the mailbox is closed, with None alone, when the
     worker's thread has ended. The factory, which runs in the worker's thread, builds the engine,
@@ -107,7 +112,7 @@ class EngineWorker(QObject):
         self._delivered: dict[str, int] = {}
         self._engines: dict[ReferenceSettings | None, Engine] = {}
         # Requests whose better images may follow, by their channel.
-        self._begun: dict[str, tuple[Request, Iterator[messages.Result]]] = {}
+        self._begun: dict[str, tuple[Request, Iterator[messages.Result | None]]] = {}
         self._thread = threading.Thread(target=self._run, name=THREAD_PREFIX + name, daemon=True)
         self._message.connect(self._deliver, Qt.ConnectionType.QueuedConnection)
 
@@ -158,13 +163,14 @@ class EngineWorker(QObject):
                 self._close_unused()
                 self._engines[None].forget(IMAGES_B)
                 continue
-            result = next(coming, None)
-            if result is not None:
-                self._message.emit(result)
-                if not result.is_last:
+            for result in islice(coming, 1):
+                if result is not None:
+                    self._message.emit(result)
+                if result is None or not result.is_last:
                     begun[request.channel] = request, coming
+                del result
             # Otherwise this thread would keep them until the next request.
-            del request, coming, result
+            del request, coming
 
     def _engine_of(self, request: Request) -> Engine:
         """Return the engine for a request's settings; close engines that are not in use."""
@@ -188,7 +194,7 @@ class EngineWorker(QObject):
                 last = now
                 self._message.emit(messages.Progress(request, part))
 
-        return Watch(partial(self.mailbox.wants, request), note)
+        return Watch(partial(self.mailbox.wants, request), note, self.mailbox.has_requests)
 
     @Slot(object)
     def _deliver(self, message: messages.Message) -> None:
@@ -203,8 +209,11 @@ class EngineWorker(QObject):
 
 def _results(
     engine_of: Callable[[Request], Engine], request: Request, watch: Watch
-) -> Iterator[messages.Result]:
-    """Answer a request, with exceptions as error sentences, while the answer is wanted."""
+) -> Iterator[messages.Result | None]:
+    """Answer a request, with exceptions as error sentences, while the answer is wanted.
+
+    None is yielded to let other requests come first.
+    """
     start = time.perf_counter()
     try:
         engine = engine_of(request)
@@ -213,7 +222,10 @@ def _results(
             seconds = time.perf_counter() - start
             answer = iter([Image(answer, seconds, engine.description, error=engine.image_error)])
         for image in answer:
-            yield messages.Result(request, image, None, engine.remark)
+            if image is None:
+                yield None
+            else:
+                yield messages.Result(request, image, None, engine.remark)
             if not watch.is_wanted():
                 return
     except (SupersededError, GeneratorExit):

@@ -130,11 +130,13 @@ class RefiningRenderer:
         sample_distance: float | None = None,
     ) -> Refined | None:
         """Draw a whole picture of so many samples; None if it is no longer wanted meanwhile."""
-        coming = self._tracer.refine(inputs, size, samples, wanted, sample_distance)
         # The samples after the last but one give the error, so only these two are cleaned.
-        last = deque(coming, maxlen=2)
-        if not last or last[-1].samples < samples:
-            return None
+        last: deque[Estimate] = deque(maxlen=2)
+        scene = inputs, size, samples, wanted, sample_distance
+        for estimate in self._tracer.refine_in_turns(*scene):
+            if estimate is None:
+                return None
+            last.append(estimate)
         picture = _Picture(inputs, Raster.of(size), self._cleaning)
         *_, found = map(picture.shown, last)
         return found
@@ -156,8 +158,8 @@ class RefiningRenderer:
             return self.drawn(inputs, raster, 1, wanted, sample_distance)
         few, apart = coarse(raster), APART * (sample_distance or self.sample_distance)
         depth = np.empty(few.shape, dtype=np.float32)
-        coming = self._tracer.refine(inputs, few, 1, wanted, apart, depth, at_rest=False)
-        last = next(coming, None)
+        scene = inputs, few, 1, wanted, apart, depth
+        last = next(self._tracer.refine_in_turns(*scene, at_rest=False))
         if last is None:
             return None
         unlit = self._tracer.unlit(inputs, raster, wanted, sample_distance)
@@ -177,16 +179,18 @@ class RefiningRenderer:
         wanted: Callable[[], bool] = lambda: True,
         sample_distance: float | None = None,
         error: float = 0.0,
-    ) -> Iterator[Refined]:
+    ) -> Iterator[Refined | None]:
         """Draw a picture with ever more samples, and yield it after 1, 2, 4, 8 ... and the last.
 
-        No more are drawn from an estimated error on, unless it is 0.
+        No more are drawn from an estimated error on, unless it is 0. None is yielded whenever the
+        picture is not wanted for now; whoever asks for more goes on.
         """
         picture = _Picture(inputs, Raster.of(size), self._cleaning)
-        for estimate in self._tracer.refine(inputs, size, samples, wanted, sample_distance):
-            found = picture.shown(estimate)
+        scene = inputs, size, samples, wanted, sample_distance
+        for estimate in self._tracer.refine_in_turns(*scene):
+            found = None if estimate is None else picture.shown(estimate)
             yield found
-            if error > 0 and found.error <= error:
+            if found is not None and 0 < error >= found.error:
                 return
 
     def close(self) -> None:

@@ -141,22 +141,33 @@ class PathTracer:
         inputs: SceneInputs,
         size: int | Raster,
         samples: int,
-        wanted: Callable[[], bool] = lambda: True,
+        sample_distance: float | None = None,
+    ) -> Iterator[Estimate]:
+        """Draw a picture with ever more samples, and yield it after 1, 2, 4, 8 ... and the last."""
+        return filter(
+            None, self.refine_in_turns(inputs, size, samples, lambda: True, sample_distance)
+        )
+
+    def refine_in_turns(
+        self,
+        inputs: SceneInputs,
+        size: int | Raster,
+        samples: int,
+        wanted: Callable[[], bool],
         sample_distance: float | None = None,
         depth: NDArray[np.float32] = NO_DEPTH,
         at_rest: bool = True,
-    ) -> Iterator[Estimate]:
-        """Draw a picture with ever more samples, and yield it after 1, 2, 4, 8 ... and the last.
+    ) -> Iterator[Estimate | None]:
+        """Draw a picture as :meth:`refine`, and yield None whenever it is not wanted for now.
 
-        `wanted` is asked every few milliseconds, from any thread; nothing more is yielded once it
-        returns False. The depth (rows, columns) is filled as by :meth:`RaycastRenderer.frame`.
-        Surfaces of large voxels are smooth at rest.
+        `wanted` is asked every few milliseconds, from any thread. Whoever asks for more goes on
+        where this has paused. The depth (rows, columns) is filled as by
+        :meth:`RaycastRenderer.frame`. Surfaces of large voxels are smooth at rest.
         """
         raster = Raster.of(size)
         seen = self._seen(inputs, raster, sample_distance, at_rest)
-        unlit = self._unlit(inputs, seen, raster, wanted, depth)
-        if unlit is None:
-            return
+        while (unlit := self._unlit(inputs, seen, raster, wanted, depth)) is None:
+            yield None
         optics, opacity = self._optics(inputs), np.ascontiguousarray(unlit[..., 3:])
         place = raster.left, raster.top, raster.width
         traced = *seen[:1], optics, *seen[1:], opacity, place
@@ -167,8 +178,9 @@ class PathTracer:
                 ends = tile.top, tile.bottom, tile.left, tile.right
                 trace_rows(*traced, ends, part, self._seed, sums)
 
-            if not self._run(task, _tiles(raster, part[1] - part[0]), wanted):
-                return
+            left = list(_tiles(raster, part[1] - part[0]))
+            while left := self._run(task, left, wanted):
+                yield None
             done = part[1]
             if done & (done - 1) == 0 or done == samples:
                 yield estimate_of(sums, unlit, done)
@@ -191,16 +203,16 @@ class PathTracer:
 
     def _run(
         self, task: Callable[[Raster], None], tiles: Iterable[Raster], wanted: Callable[[], bool]
-    ) -> bool:
-        """Call a task for each tile; return False if it is no longer wanted."""
+    ) -> list[Raster]:
+        """Call a task for each tile while that is wanted; return the tiles that are left."""
 
-        def part(tile: Raster) -> bool:
+        def part(tile: Raster) -> Raster | None:
             if not wanted():
-                return False
+                return tile
             task(tile)
-            return True
+            return None
 
-        return all(list(self._executor.map(part, tiles)))
+        return list(filter(None, self._executor.map(part, tiles)))
 
     def _seen(
         self, inputs: SceneInputs, raster: Raster, distance: float | None, at_rest: bool
@@ -239,7 +251,7 @@ class PathTracer:
         def task(tile: Raster) -> None:
             draw_rows(*arguments, (tile.top, tile.bottom), unlit, depth, seen.close)
 
-        if not self._run(task, _rows(raster), wanted):
+        if self._run(task, _rows(raster), wanted):
             return None
         return np.clip(unlit, 0, 1, out=unlit)
 

@@ -194,6 +194,24 @@ class Endless(FakeEngine):
         return np.zeros((8, 8, 4), np.float32)
 
 
+class Patient(FakeEngine):
+    """Draws its first image once it has let another request come first."""
+
+    def images_of(self, request, watch=requests.UNWATCHED):
+        while not watch.gives_way():
+            threading.Event().wait(0.001)
+        yield None
+        yield from super().images_of(request, watch)
+
+
+def test_an_image_that_takes_long_makes_way_for_other_channels(qtbot):
+    harness = Harness(qtbot, Patient())
+    harness.worker.mailbox.put(make_request(1))
+    harness.worker.mailbox.put(visibility(2))
+    qtbot.waitUntil(lambda: [r.request.sequence for r in harness.results] == [2, 1])
+    harness.end(qtbot)
+
+
 @pytest.mark.parametrize("end", ["newer", "newer than a live one", "called off", "closed"])
 def test_what_is_replaced_or_called_off_or_of_a_closed_window_is_given_up(qtbot, end):
     harness = Harness(qtbot, Endless())

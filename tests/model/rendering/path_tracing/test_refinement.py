@@ -26,7 +26,7 @@ class Tracer:
     sample_distance = 0.5
     volume = None
 
-    def refine(self, inputs, size, samples, wanted=None, sample_distance=None):
+    def refine_in_turns(self, inputs, size, samples, wanted, sample_distance):
         done = 1
         while done <= samples:
             rgba = np.full((2, 2, 4), 0.5, dtype=np.float32)
