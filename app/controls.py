@@ -342,7 +342,7 @@ def picture_icon(picture: QImage | None, size: int) -> QIcon:
         shown = QPixmap(size, size)
         shown.fill(Qt.GlobalColor.black)
         painter = QPainter(shown)
-        painter.setPen(QColor(theme.DIM))
+        painter.setPen(QColor(theme.ON_IMAGE.dim))
         text = "drawing …" if painter.fontMetrics().horizontalAdvance("drawing …") < size else "…"
         painter.drawText(shown.rect(), Qt.AlignmentFlag.AlignCenter, text)
         painter.end()

@@ -6,6 +6,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QLabel, QLineEdit, QTextBrowser, QToolTip
 
 from app import theme
+from app.controls import picture_icon
 from app.glosses import GLOSSARY, SENTENCES, explain, gloss, without_links
 from app.theme import DARK, LIGHT, apply_theme
 
@@ -39,11 +40,13 @@ def test_the_names_follow_the_theme(qapp):
         assert LIGHT.text == theme.TEXT and LIGHT.panel == theme.PANEL
         assert theme.present() is LIGHT
         assert qapp.palette().color(QPalette.ColorRole.Window) == QColor(LIGHT.window)
-        # What lies over an image is dark in both.
+        # What lies over an image is dark in both; so are words in place of one.
         assert theme.ON_IMAGE is DARK
+        bright = picture_icon(None, 96).pixmap(96).toImage()
     finally:
         apply_theme(qapp, "dark")
     assert theme.present() is DARK
+    assert picture_icon(None, 96).pixmap(96).toImage() == bright
 
 
 def test_every_term_is_in_the_glossary_and_has_one_sentence():
