@@ -3,8 +3,6 @@ import pytest
 import torch
 from ramp import make_tf, make_volume
 
-from model.generator import path_light_cleaning
-from model.generator.catalog import PATH_LIGHT
 from model.generator.path_light_cleaning import MOST_PIXELS, MOST_SAMPLES, cleaning_of
 from model.networks.path_light_network import (
     PathLightCard,
@@ -32,7 +30,7 @@ SMALL = PathLightSize(8)
 def test_pictures_of_few_samples_are_finished_and_those_of_many_denoised(
     tmp_path, monkeypatch, most_pixels
 ):
-    monkeypatch.setattr(path_light_cleaning, "MOST_PIXELS", most_pixels)
+    monkeypatch.setattr("model.generator.path_light_cleaning.MOST_PIXELS", most_pixels)
     torch.manual_seed(1)
     network, file = PathLightNetwork(SMALL), tmp_path / "network.safetensors"
     torch.nn.init.normal_(network.out.weight, std=0.05)
@@ -71,11 +69,9 @@ def test_where_a_part_is_missing_the_rest_cleans(tmp_path, monkeypatch):
 @pytest.mark.slow
 @pytest.mark.parametrize("size", [128, 272])
 def test_the_shipped_network_is_nearer_to_the_truth_than_the_denoiser(size):
-    assert PATH_LIGHT.is_file()
     for path in shipped_volumes():
         volume = read_volume(path)
-        tf = default_transfer_function(volume)
-        inputs = SceneInputs.of(View(140, 25, 0, 0.7), tf)
+        inputs = SceneInputs.of(View(140, 25, 0, 0.7), default_transfer_function(volume))
         *_, exact = PathTracer(volume, seed=5).refine(inputs, size, 64)
         cleaning, close = cleaning_of(volume)
         each = [RefiningRenderer(PathTracer(volume), way) for way in (denoiser, cleaning)]
