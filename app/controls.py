@@ -17,6 +17,7 @@ from PySide6.QtGui import (
     QHelpEvent,
     QIcon,
     QImage,
+    QKeyEvent,
     QKeySequence,
     QMouseEvent,
     QPainter,
@@ -220,7 +221,9 @@ def clicked(button: _Button, slot: Callable[[], object]) -> _Button:
 
 def close_box(dialog: QDialog) -> QDialogButtonBox:
     """Return a dialog's button to close it; the dialog is deleted then."""
-    box = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
+    box = QDialogButtonBox(QDialogButtonBox.StandardButton.Close, dialog)
+    # Otherwise Enter would press the dialog's first button.
+    box.button(QDialogButtonBox.StandardButton.Close).setDefault(True)
     box.rejected.connect(dialog.reject)
     dialog.finished.connect(dialog.deleteLater)
     return box
@@ -230,7 +233,7 @@ def answer_box(
     dialog: QDialog, accept: str, reject: str = "Cancel"
 ) -> tuple[QDialogButtonBox, QPushButton]:
     """Return a dialog's buttons, and the one that Enter presses."""
-    box, role = QDialogButtonBox(), QDialogButtonBox.ButtonRole
+    box, role = QDialogButtonBox(dialog), QDialogButtonBox.ButtonRole
     button = box.addButton(accept, role.AcceptRole)
     button.setDefault(True)
     box.addButton(reject, role.RejectRole)
@@ -292,9 +295,18 @@ class Card(QFrame):
         self.setCursor(Qt.CursorShape.ArrowCursor)
 
 
-def search_field(name: str) -> QLineEdit:
-    """Return an empty field for words to search for."""
-    return named(QLineEdit(placeholderText="Search", clearButtonEnabled=True), name)
+class SearchField(QLineEdit):
+    """A field for words to search for."""
+
+    def __init__(self, name: str) -> None:
+        super().__init__(placeholderText="Search", clearButtonEnabled=True)
+        self.setAccessibleName(name)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Keep Enter, which would close the dialog with what was found."""
+        super().keyPressEvent(event)
+        if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
+            event.accept()
 
 
 def list_box() -> QComboBox:

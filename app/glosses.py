@@ -8,7 +8,7 @@ from PySide6.QtGui import QCursor, QTextDocument
 from PySide6.QtWidgets import QDialog, QLabel, QTextBrowser, QToolTip, QVBoxLayout, QWidget
 
 from app import theme
-from app.controls import close_box, fill, search_field
+from app.controls import SearchField, close_box, fill
 
 GLOSSARY = Path(__file__).parent.parent / "docs" / "glossary.md"
 
@@ -51,7 +51,7 @@ def open_glossary(parent: QWidget, term: str = "") -> QDialog:
     """Open the glossary, at a term if one is given, with a search field."""
     # The window itself is there, so that its picture is not needed.
     text = re.sub(r"!\[.*\n", "", GLOSSARY.read_text(encoding="utf-8"))
-    entries, wanted = re.split(r"\n(?=\S)", text), search_field("Search the glossary")
+    entries, wanted = re.split(r"\n(?=\S)", text), SearchField("Search the glossary")
     page, dialog = open_page(parent, "Glossary", text, wanted)
 
     def show(words: str) -> None:

@@ -90,9 +90,14 @@ class Marks:
         for pen in (self._line, self._line_halo, self._text_halo):
             pen.setJoinStyle(Qt.PenJoinStyle.RoundJoin)
 
-    def caption(self, text: str) -> None:
-        """Paint the image's caption at its upper left."""
-        self._write(self._rect.left() + 1.2 * self._text, self._rect.top() + 2 * self._text, text)
+    def caption(self, text: str, share: float = 0.0) -> None:
+        """Paint the image's caption at its upper left, or right of a line at a share of it."""
+        x, top = self._rect.left() + share * self._rect.width(), self._rect.top()
+        if share:
+            line = QPainterPath(QPointF(x, top))
+            line.lineTo(x, top + self._rect.height())
+            self._stroke(line)
+        self._write(x + 1.2 * self._text, top + 2 * self._text, text)
 
     def scale_bar(self, bar: ScaleBar | None) -> None:
         """Paint a scale bar at the lower left if there is a scale."""
@@ -229,8 +234,10 @@ class Marks:
         return self._metrics.elidedText(text, Qt.TextElideMode.ElideRight, width)
 
 
-Which = Literal["generator", "reference", "b", "both", "difference", "a_b", "a_b_difference"]
-"""Contents of a figure: an image, two side by side, their difference, or all of these."""
+Which = Literal[
+    "generator", "reference", "b", "both", "difference", "wiped", "a_b", "a_b_difference"
+]
+"""Contents of a figure: one image or two, their difference, or all of these."""
 
 CONTENTS: dict[Which, tuple[str, tuple[str, ...]]] = {
     "reference": ("Ground truth", ("reference",)),
@@ -238,6 +245,7 @@ CONTENTS: dict[Which, tuple[str, tuple[str, ...]]] = {
     "both": ("Both, side by side", ("generator", "reference")),
     "difference": ("Difference", ("difference",)),
     "b": ("B", ("b",)),
+    "wiped": ("A and B, wiped", ("reference", "b")),
     "a_b": ("A and B, side by side", ("reference", "b")),
     "a_b_difference": ("A, B and their difference", ("reference", "b", "difference")),
 }
@@ -286,12 +294,13 @@ class Subject:
     line: tuple[Triple, ...] = ()  # one or two points that are measured, in fractions
     titles: Mapping[str, str] = field(default_factory=lambda: TITLES)  # of images, by name
     b: SceneInputs | None = None  # of the image of B
+    wipe: float = 0.5  # share of the width that is A's where B wipes it
     view: View | None = None  # of the scale bar, a movie's first one; None for the image's own
 
 
 def panels(choice: FigureChoice) -> list[QRect]:
     """Return where the images of a figure are, side by side."""
-    gaps = len(choice.names) - 1
+    gaps = 0 if choice.which == "wiped" else len(choice.names) - 1
     gap = max(round(GAP * choice.width), 1)
     width = (choice.width - gaps * gap) // (gaps + 1)
     lefts = [number * (choice.width - width) // max(gaps, 1) for number in range(gaps + 1)]
@@ -304,10 +313,12 @@ def figure(
     inputs: SceneInputs,
     subject: Subject,
     compared: Comparison | None = None,
+    reduced: Size | None = None,
 ) -> QImage:
     """Return a figure of images and brightness by name; raise RenderError for lack of memory.
 
-    The difference is computed from the images unless it is given.
+    The difference is computed from the images unless it is given. A `reduced` figure is as large
+    as that, and its marks are as much smaller.
     """
     names, titles, tfs = choice.names, dict(subject.titles), [inputs.transfer_function]
     if "difference" in names:
@@ -326,22 +337,31 @@ def figure(
         else compose(images[name][0], ground, images[name][1])
         for name, ground in zip(names, grounds, strict=True)
     ]
-    fits = len(shown) == 1 and shown[0].size() == QSize(choice.width, choice.height)
-    result = shown[0] if fits else empty_picture(choice.width, choice.height, choice.background)
+    if choice.which == "wiped":
+        # One image has all marks.
+        last, painter, at = [names[0]], QPainter(shown[0]), round(subject.wipe * shown[0].width())
+        painter.setCompositionMode(QPainter.CompositionMode.CompositionMode_Source)
+        painter.drawImage(at, 0, shown.pop(), at, 0)
+        painter.end()
+    size, hint = reduced or (choice.width, choice.height), QPainter.RenderHint
+    fits = len(shown) == 1 and shown[0].size() == QSize(*size)
+    result = shown[0] if fits else empty_picture(*size, choice.background)
     painter = QPainter(result)
-    painter.setRenderHints(
-        QPainter.RenderHint.Antialiasing | QPainter.RenderHint.SmoothPixmapTransform
-    )
+    painter.scale(size[0] / choice.width, size[1] / choice.height)
+    painter.setRenderHints(hint.Antialiasing | hint.SmoothPixmapTransform)
     how = Qt.AspectRatioMode.IgnoreAspectRatio, Qt.TransformationMode.SmoothTransformation
-    for name, image, background, place in zip(names, shown, grounds, panels(choice), strict=True):
+    for name, image, background, place in zip(names, shown, grounds, panels(choice), strict=False):
         rect = _fitted(image, place)
         if image is not result:
-            painter.drawImage(rect, image.scaled(rect.size(), *how))
+            whole = painter.transform().mapRect(rect).size()
+            painter.drawImage(rect, image.scaled(whole, *how))
         marks = Marks.over(painter, rect, background)
         if marks is None:
             continue
         if len(names) > 1:
             marks.caption(titles[name])
+        if choice.which == "wiped":
+            marks.caption(titles["b"], subject.wipe)
         if name == "difference" and compared is not None:
             marks.difference_bar(compared, background)
         elif choice.legend and name in last:

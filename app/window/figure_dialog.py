@@ -103,8 +103,7 @@ class FigureDialog(QDialog):
         """Show the figure, small; a sample of a pixel has taken so many seconds."""
         self._pace = pace
         self._show_cost()
-        keep, how = Qt.AspectRatioMode.KeepAspectRatio, Qt.TransformationMode.SmoothTransformation
-        self._picture.setPixmap(QPixmap.fromImage(picture.scaled(*PREVIEW, keep, how)))
+        self._picture.setPixmap(QPixmap.fromImage(picture))
 
     def _side(self, name: str) -> WholeNumberBox:
         box = named(WholeNumberBox(), name, f"From {LEAST_SIZE} to {LARGEST_SIZE} pixels")
@@ -228,16 +227,15 @@ class FigureDialog(QDialog):
         row = max(self.size_box.currentIndex(), 0)
         width, height = self._present = self._within(*self._sizes[self.which_box.currentData()])
         self.size_box.clear()
-        rows = self.size_box.view()
+        rows, listed = self.size_box.view(), {self._present}
         assert isinstance(rows, QListView)
         self.size_box.addItem(f"As shown: {width} × {height}", self._present)
         for side in LONGER_SIDES:
             scale = side / max(width, height)
             size = self._within(round(width * scale), round(height * scale))
             self.size_box.addItem(f"{size[0]} × {size[1]}", size)
-            # A size is listed once.
-            is_twice = self.size_box.findData(size) < self.size_box.count() - 1
-            rows.setRowHidden(self.size_box.count() - 1, is_twice)
+            rows.setRowHidden(self.size_box.count() - 1, size in listed)
+            listed.add(size)
         self.size_box.addItem(_OWN_SIZE, None)
         if row == self.size_box.count() - 1:
             self._take_side(self.width_box, 0)

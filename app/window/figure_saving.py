@@ -53,11 +53,7 @@ MOVIE_FILTER = "Movies (*.mp4);;Animated images (*.gif)"
 
 CHANGED = "The {} was cancelled: volume, light or quality changed. Save it again."
 
-FIGURE_SAMPLES = 64  # of each pixel in path-traced light, at first
-
-PREVIEW_SAMPLES, ENLARGED = 4, 3
-"""Samples of each pixel of a path-traced preview; the factor that enlarges it, as marks would be
-too large in so small a picture."""
+FIGURE_SAMPLES, PREVIEW_SAMPLES = 64, 4  # of each pixel in path-traced light, at first
 
 WITHOUT_ENGINE = EngineState.LOADING, EngineState.WAITING  # one follows, and figures wait for it
 
@@ -82,6 +78,7 @@ class _Job:
     error: float | None = None  # estimated error of the reference's image; None without an estimate
     drawn: int = 0
     pictures: SimpleQueue[NDArray[np.uint8] | None] = field(default_factory=SimpleQueue)
+    reduced: Size | None = None  # width and height of a preview
     is_given_up: bool = False
     begun: float = field(default_factory=monotonic)
     pace: float = 0.0  # seconds that a sample of a preview's pixel took
@@ -210,6 +207,8 @@ class FigureSaving(QObject):
                 found[which] = pane.canvas.pixels if is_exact else own
         if compares and len(found) == 2:
             width, height = found["reference"]
+            if self._panes["reference"].canvas.wiped:
+                found["wiped"] = width, height
             found["a_b"] = round(2 * width / (1 - GAP)), height
             found["a_b_difference"] = round(3 * width / (1 - 2 * GAP)), height
         elif len(found) == 2:
@@ -258,7 +257,9 @@ class FigureSaving(QObject):
 
     def _new_job(self, choice: FigureChoice, place: Path | None, frames: list[SceneInputs]) -> _Job:
         titles, b = {n: p.title for n, p in self._panes.items()}, self._context.state.inputs_of("B")
-        subject = replace(self._overlays.subject, titles=titles, b=b, view=frames[0].view)
+        canvas, view = self._panes["reference"].canvas, frames[0].view
+        wipe = canvas.wiped[1] / canvas.width() if canvas.wiped else 0.0
+        subject = replace(self._overlays.subject, titles=titles, b=b, view=view, wipe=wipe)
         # So that the figure has the numbers of the screen.
         compared = self._error.compared if choice.which == "difference" else None
         texts = self._sessions.texts_for(place)
@@ -280,9 +281,10 @@ class FigureSaving(QObject):
                 job.images[name] = image, self._brightness(name)
                 job.lights[name] = pane.light_text(pane.samples)
 
-    def _ask(self, channels: Channels[str], job: _Job, samples: int, enlarged: int = 1) -> None:
+    def _ask(self, channels: Channels[str], job: _Job, samples: int) -> None:
         """Request the missing images of a job's next frame at this size."""
-        size, work = panels(job.choice)[-1].size() / enlarged, self._context.workspace.reference
+        work, whole = self._context.workspace.reference, panels(job.choice)[-1].size()
+        size = whole * (job.reduced[0] / job.choice.width if job.reduced else 1.0)
         raster = Raster(max(size.width(), 1), max(size.height(), 1))
         for name in job.lacking:
             each = 1 if name == "generator" else max(samples, 1)
@@ -296,7 +298,8 @@ class FigureSaving(QObject):
 
     def _which(self) -> Which:
         if self._context.state.tf_input.compares:
-            return "a_b_difference" if self._error.is_wanted else "a_b"
+            shown: Which = "wiped" if self._panes["reference"].canvas.wiped else "a_b"
+            return "a_b_difference" if self._error.is_wanted else shown
         seen = [name for name, pane in self._panes.items() if pane.isVisible()]
         if "generator" not in seen:
             return "reference"
@@ -348,7 +351,8 @@ class FigureSaving(QObject):
         if not (is_preview or job is self._job):
             return
         try:
-            image = figure(choice, job.images, job.frames[job.drawn], job.subject, compared)
+            inputs = job.frames[job.drawn]
+            image = figure(choice, job.images, inputs, job.subject, compared, job.reduced)
         except RenderError as error:
             self._fail(str(error))
             return
@@ -451,20 +455,18 @@ class FigureSaving(QObject):
         return self._context.state.brightness.of(self._panes[name].lit)
 
     def _ask_for_preview(self, dialog: FigureDialog, choice: FigureChoice) -> None:
-        scale = ENLARGED * min(PREVIEW[0] / choice.width, PREVIEW[1] / choice.height)
+        scale = min(PREVIEW[0] / choice.width, PREVIEW[1] / choice.height)
         width, height = (max(round(scale * side), 1) for side in (choice.width, choice.height))
-        small = replace(choice, width=width, height=height)
-        state = self._context.state
-        job = self._new_job(small, None, [state.inputs_of("A")])
-        before, self._preview = self._preview, (dialog, job)
-        if before is not None:
-            old = before[1].choice
-            if (old.which, old.width, old.height) == (choice.which, width, height):
-                job.images, job.pace = before[1].images, before[1].pace
+        job = self._new_job(choice, None, [self._context.state.inputs_of("A")])
+        job.reduced = width, height
+        old = job if self._preview is None else self._preview[1]
+        self._preview = dialog, job
+        if (old.choice.which, old.reduced) == (choice.which, job.reduced):
+            job.images, job.pace = old.images, old.pace
         if not job.lacking:
             self._compose(job)
         else:
-            self._ask(self._previews, job, min(choice.samples, PREVIEW_SAMPLES), ENLARGED)
+            self._ask(self._previews, job, min(choice.samples, PREVIEW_SAMPLES))
 
     def _take_preview(self, name: str, result: Result) -> None:
         if self._preview is None or result.value is None or self._previews[name].is_pending:
@@ -473,7 +475,7 @@ class FigureSaving(QObject):
         job.images[name] = result.value, self._brightness(name)
         if name != "generator":
             # A generator takes as long for any size.
-            pixels = job.choice.width * job.choice.height / ENLARGED**2
+            pixels = math.prod(job.reduced or (1,))
             job.pace += result.seconds / (pixels * result.request.quality.samples)
         if not job.lacking:
             self._compose(job)
@@ -488,12 +490,9 @@ def _add_texts(image: QImage, job: _Job) -> None:
         image.setText("Scale bar", f"Holds {DEPTH_TEXT}")
     if choice.which == "difference":
         return
-    said = []
-    for name in job.names:
-        light = job.lights[name]
-        title = job.subject.titles[name].partition(",")[0]
-        said.append(light if len(job.names) == 1 else f"{title}: {light}")
-    image.setText("Light", "; ".join(said))
+    are_more = len(job.names) > 1
+    titles = {n: f"{job.subject.titles[n].partition(',')[0]}: " * are_more for n in job.names}
+    image.setText("Light", "; ".join(titles[name] + job.lights[name] for name in job.names))
     if job.error is not None and math.isfinite(job.error):
-        text = f"Estimated RMSE of the ground truth's colours, from 0 to 1: {short(job.error)}."
-        image.setText("Error", text)
+        text = f"Estimated RMSE of colours from 0 to 1, by noise: {short(job.error)}."
+        image.setText("Error", titles["reference"] + text)

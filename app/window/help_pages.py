@@ -2,7 +2,7 @@
 
 from PySide6.QtWidgets import QDialog, QWidget
 
-from app.controls import search_field
+from app.controls import SearchField
 from app.glosses import open_page
 
 KEYS_WIDTH = 310  # width of the column of keys in pixels, equal in all areas
@@ -146,7 +146,7 @@ Rendering</i>, IEEE TVCG 2018. VTK or tfscope's own ray caster renders the groun
 
 def show_gestures(window: QWidget) -> QDialog:
     """Show all keys and gestures, with a search field."""
-    wanted = search_field("Search keys and gestures")
+    wanted = SearchField("Search keys and gestures")
     page, dialog = open_page(window, "Keys and gestures", help_text(), wanted)
     wanted.textChanged.connect(lambda text: page.setHtml(help_text(text)))
     wanted.setFocus()

@@ -16,7 +16,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.controls import clicked, close_box, fill, form, label, list_box, named, search_field
+from app.controls import SearchField, clicked, close_box, fill, form, label, list_box, named
 from app.image_view.reference_controls import DRAWINGS, SIZES
 from app.state.settings import RecentKind, ThemeChoice
 from app.theme import apply_theme
@@ -48,7 +48,7 @@ class SettingsDialog(QDialog):
         self.setWindowTitle("Settings")
         self._context, self._overlays = context, overlays
         self._elsewhere = [*OTHERS, *_paths(actions)]
-        self.search = search_field("Search settings")
+        self.search = SearchField("Search settings")
         self.search.textChanged.connect(self._filter)
         self._form = form()
         self._rows: list[tuple[QWidget, str, QLabel]] = []
@@ -58,6 +58,10 @@ class SettingsDialog(QDialog):
             self._form.addRow(group)
             for name, control, explanation in settings:
                 self._add(group, name, control, explanation)
+        names = [self._form.labelForField(row) for row, _, _ in self._rows]
+        for each in names:
+            # The rows that are left do not move to the side.
+            each.setMinimumWidth(max(name.sizeHint().width() for name in names))
         parts = self.search, self._others, self._form, 0, close_box(self)
         fill(QVBoxLayout(self), *parts, margins=(16, 14, 16, 14), spacing=12)
         self._filter("")

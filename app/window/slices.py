@@ -125,6 +125,9 @@ class Slices(QObject):
         if shown == self.is_shown and (self.column is None or self.column.large == large):
             return
         column = self.column = self.column or self._built()
+        if not shown and any(view.hasFocus() for view in column.views):
+            # Qt would give the focus to the volume's name in the bar.
+            self._context.window.setFocus()
         column.enlarge(large)
         column.setVisible(shown)
         self._hover(None)

@@ -319,6 +319,9 @@ def test_in_one_image_the_line_divides_a_from_b(qtbot, window):
     a, line = window.reference.canvas, window.wipe
     follow_pane(qtbot, window)
     assert window.panes.images == [window.reference] and line.isVisible()
+    # A figure begins with it.
+    assert window.saving.first_choice().which == "wiped"
+    assert window.saving.sizes()["wiped"] == a.pixels
     for target in (0.2, 0.7):
         QTest.mousePress(line, LEFT, pos=line.rect().center())
         QTest.mouseMove(line, line.mapFrom(a, QPoint(round(target * a.width()), 50)))

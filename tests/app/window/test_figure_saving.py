@@ -41,7 +41,7 @@ def test_figures_are_saved_and_copied(qtbot, window, builders, tmp_path, monkeyp
         assert not saved.text("Error") and saved.dotsPerMeterX() == round(300 / 0.0254)
     for estimated, said in (
         (float("inf"), ""),
-        (0.0042, "Estimated RMSE of the ground truth's colours, from 0 to 1: .0042."),
+        (0.0042, "Estimated RMSE of colours from 0 to 1, by noise: .0042."),
     ):
         builders.references[-1].image_error = estimated
         place = tmp_path / f"{estimated}.png"
@@ -367,6 +367,9 @@ def test_a_movie_has_even_sides_that_players_show_and_a_background(qtbot):
     dialog.movie_box.setChecked(True)
     assert dialog.choice() == replace(begin, width=4096, height=2048, background=(0, 0, 0))
     assert dialog.copy_button.isHidden()
+    # Larger ones are 4096 wide, too.
+    rows = [row for row in range(6) if not dialog.size_box.view().isRowHidden(row)]
+    assert len({dialog.size_box.itemData(row) for row in rows}) == len(rows) == 5
     dialog.show()
     left = dialog.movie_box.x()
     dialog.rate_box.setValue(10)
@@ -400,10 +403,10 @@ def plain(level, height, width):
     return image
 
 
-def made(choice, **images):
-    subject = Subject("K", SCALE)
+def made(choice, reduced=None, **images):
+    subject = Subject("K", SCALE, wipe=0.25)
     drawn = {name: (image, 1.0) for name, image in images.items()}
-    return pixels_of(figure(choice, drawn, INPUTS, subject)).astype(int)
+    return pixels_of(figure(choice, drawn, INPUTS, subject, reduced=reduced)).astype(int)
 
 
 @pytest.mark.parametrize("size", [(600, 600), (1000, 500), (500, 1000)])
@@ -430,6 +433,31 @@ def test_a_narrow_image_has_a_short_legend():
     )
     rows = np.flatnonzero(made(choice, reference=nothing).any(axis=(1, 2)))
     assert 600 - 0.6 * 300 < rows.min() < 600 - 0.4 * 300
+
+
+def test_a_preview_is_the_figure_at_a_smaller_size():
+    choice = FigureChoice(2000, 400, BLACK, True, True, "a_b")
+    images = {"reference": plain(0.2, 400, 990), "b": plain(0.5, 400, 990)}
+    whole, small = made(choice, **images), made(choice, (400, 80), **images)
+    means = whole.reshape(80, 5, 400, 5, 3).mean(axis=(1, 3))
+    assert np.abs(means - small).mean() < 1
+
+
+@pytest.mark.parametrize("ground", [BLACK, None])
+def test_a_wiped_figure_has_a_left_of_the_line_and_b_right_of_it(ground):
+    a, b = plain(0.1, 300, 400), 0.6 * plain(0.5, 300, 400)
+    choice = FigureChoice(400, 300, ground, legend=True, which="wiped")
+    drawn = {"reference": (a, 1.0), "b": (b, 1.0)}
+    shown = figure(choice, drawn, INPUTS, Subject("K", SCALE, wipe=0.25))
+    for x, image in ((90, a), (110, b)):
+        pixel = shown.pixelColor(x, 150)
+        levels = [pixel.redF() * pixel.alphaF(), pixel.alphaF()]
+        assert levels == pytest.approx(
+            [image[0, 0, 0], image[0, 0, 3] if ground is None else 1], abs=0.01
+        )
+    # The line, and the legend of both.
+    assert shown.pixelColor(100, 150).red() > 130
+    assert len({shown.pixel(x, 250) for x in range(250, 400)}) > 10
 
 
 @pytest.mark.parametrize("which", ["generator", "b"])

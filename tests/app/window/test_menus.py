@@ -96,10 +96,13 @@ def test_settings_are_found_by_words_and_apply_at_once(qtbot, make_window):
         return [row.accessibleName() for row, _, _ in dialog._rows if not row.isHidden()]
 
     everything = found()
+    lefts = {row.x() for row, _, _ in dialog._rows}
     assert {"Renderer", "Image size", "Theme", "Single-key shortcuts"} < set(everything)
     for words, expected in (("ray caster", ["Renderer"]), ("512", ["Image size"]), ("xyz", [])):
         dialog.search.setText(words)
         assert found() == expected
+        dialog.layout().activate()
+        assert {row.x() for row, _, _ in dialog._rows if row.isVisible()} <= lefts
     dialog.search.setText("")
     assert found() == everything
     boxes = {b.accessibleName(): b for b in dialog.findChildren(QComboBox)}
@@ -113,11 +116,14 @@ def test_settings_are_found_by_words_and_apply_at_once(qtbot, make_window):
     switches["Single-key shortcuts"].click()
     assert not window.preferences.settings.single_keys
     window.preferences.note_recent("sessions", Path("a.tfscope"))
+    QTest.keyClick(dialog.search, Qt.Key.Key_Return)
+    assert window.preferences.recent("sessions") and dialog.isVisible()
     (forget,) = [b for b in dialog.findChildren(QPushButton) if b.text() == "Forget them"]
     forget.click()
     assert window.preferences.recent("sessions") == []
     qtbot.waitUntil(lambda: window.workspace.is_settled)
-    dialog.done(0)
+    QTest.keyClick(switches["Orientation cube"], Qt.Key.Key_Return)
+    assert dialog.isHidden()
 
 
 def test_files_of_one_name_are_told_apart_by_their_folders():
