@@ -76,7 +76,7 @@ class FigureDialog(QDialog):
         self.scale_box.setToolTip(f"In perspective, its length holds {DEPTH_TEXT}")
         self.samples_box = _samples_box(begin.samples) if begin.samples else None
         self._cost = label("", "dim")
-        widest = f"694 × 694 mm at {DPI} dpi, about 59 min"
+        widest = f"69.4 × 69.4 mm at {DPI} dpi, about 599 min"
         self._cost.setMinimumWidth(self._cost.fontMetrics().horizontalAdvance(widest))
         self._pace = 0.0  # seconds that a sample of the preview's pixels took
         self._picture = named(label("Drawing …", "dim"), "Preview")

@@ -253,7 +253,7 @@ class Volume:
             return ""
         share = max(100 * self.missing_share, 0.01)
         drawn = "drawn with the lowest value" if self.draws_missing else "not drawn"
-        return f"{share:.2g} % of the voxels are missing, and {drawn}."
+        return f"Missing voxels ({share:.2g} %) are {drawn}."
 
     @property
     def data_range(self) -> Range:

@@ -14,7 +14,7 @@ from model.volume_files.choice import LARGEST, Choice, describe
 from model.volume_files.dicom import dicom_slices, read_dicom
 from model.volume_files.dicom_tags import is_dicom
 from model.volume_files.finish import component_of, make_volume
-from model.volume_files.foreign import folder_advice, foreign_advice, suffix_of
+from model.volume_files.foreign import folder_advice, folder_of_slices, foreign_advice, suffix_of
 from model.volume_files.grid import Grid
 from model.volume_files.hdf5 import read_hdf5
 from model.volume_files.mrc import read_mrc
@@ -140,6 +140,8 @@ def _read_folder(folder: Path, choice: Choice) -> Grid:
         return read_dicom(slices, None, choice)
     if slices := tiff_slices(folder):
         return read_tiff_folder(folder, slices, choice)
+    if (first := folder_of_slices(folder)) and dicom_slices(first):
+        return read_dicom(dicom_slices(folder, below=True), None, choice)
     if advice := folder_advice(folder, _READERS):
         raise VolumeError(f"{folder}: {advice}.")
     raise VolumeError(

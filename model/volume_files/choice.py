@@ -132,8 +132,8 @@ def choice_notes(contents: Sequence[Content]) -> tuple[str, ...]:
             continue
         others = [content.name for content in alike if not content.is_read]
         if all(re.fullmatch(r"\d+", name) for name in (read.name, *others)):
-            rest = f"the others are {others[0]} to {others[-1]}"
-            rest = f"the other is {others[0]}" if len(others) == 1 else rest
+            between = "and" if len(alike) == 2 else "to"
+            rest = f"they are {alike[0].name} {between} {alike[-1].name}"
         else:
             rest = ", ".join(others[:MOST_LISTED])
             left = len(others) - MOST_LISTED

@@ -93,15 +93,23 @@ def _kind(frame: Frame) -> tuple[object, ...]:
 
 
 def _named_apart(stacks: list[Stack]) -> list[Stack]:
-    """Give different names to series of the same name, except times and channels of one."""
-    kinds: dict[str, list[tuple[object, ...]]] = defaultdict(list)
+    """Give different names to series of the same name, except times and channels of one.
+
+    To a name is added what tells them apart: the folder, the spacing, or else a number.
+    """
+    firsts: dict[str, dict[tuple[object, ...], Frame]] = defaultdict(dict)
+    for stack in stacks:
+        firsts[stack.series].setdefault(_kind(stack.frames[0]), stack.frames[0])
     named = []
     for stack in stacks:
-        alike, kind = kinds[stack.series], _kind(stack.frames[0])
-        if kind not in alike:
-            alike.append(kind)
-        number = alike.index(kind) + 1
-        name = stack.series if number == 1 else f"{stack.series} ({number})"
+        alike = firsts[stack.series]
+        number = [*alike].index(_kind(stack.frames[0]))
+        folders = [frame.file.path.parent.name for frame in alike.values()]
+        spacings = ["{:g} x {:g} mm".format(*frame.spacing[::-1]) for frame in alike.values()]
+        numbers = ["", *map(str, range(2, len(alike) + 1))]
+        apart = next(each for each in (folders, spacings, numbers) if len({*each}) == len(alike))
+        is_plain = len(alike) == 1 or not apart[number]
+        name = stack.series if is_plain else f"{stack.series} ({apart[number]})"
         named.append(replace(stack, series=name))
     return named
 
@@ -225,13 +233,13 @@ def _by_side(frames: Sequence[Frame]) -> list[list[Frame]]:
 SUFFIXES = (".dcm", ".dicom", ".ima")
 
 
-def dicom_slices(folder: Path) -> list[Path]:
+def dicom_slices(folder: Path, below: bool = False) -> list[Path]:
     """Return the files of a folder that have a DICOM suffix or DICOM content, sorted by name.
 
-    A disc's folder, which has a DICOMDIR, has its images in folders below it.
+    A disc's folder, which has a DICOMDIR, has its images in folders `below` it.
     """
     folders = [folder]
-    if any(path.name.upper() == "DICOMDIR" for path in folder.iterdir()):
+    if below or any(path.name.upper() == "DICOMDIR" for path in folder.iterdir()):
         folders += [path for path in folder.rglob("*") if path.is_dir() and not path.is_symlink()]
     files = sorted(path for each in folders for path in slices_in(each, SUFFIXES))
     return [

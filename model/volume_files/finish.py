@@ -209,10 +209,10 @@ def _without_missing(
         bad: NDArray[np.bool_] = ~np.isfinite(scalars)
         count = int(np.count_nonzero(bad))
         noun = "voxel is" if count == 1 else "voxels are"
-        notes += (f"{count} NaN or infinite {noun} missing{_share(count, scalars.size)}.",)
+        notes += (f"{count} {noun} NaN or infinite.",)
         missing = bad if missing is None else missing | bad
     if declared:
-        notes += (f"The file marks {declared} voxels{_share(declared, scalars.size)} as missing.",)
+        notes += (f"The file marks {declared} voxels as missing.",)
     missing = missing if missing is not None and missing.any() else None
     if missing is not None and missing.all():
         raise VolumeError(
@@ -251,7 +251,3 @@ def suspected_fills(distribution: Distribution) -> list[float]:
         if is_repeated and 100 * on_the_way <= counts[end] and distance > FAR * (hi - lo) > 0:
             found.append(float(numbers[end]))
     return found
-
-
-def _share(count: int, size: int) -> str:
-    return f" ({100 * count / size:.2g} %)" if count < size else ""

@@ -87,7 +87,7 @@ def foreign_advice(path: Path) -> str:
     return "" if known is None else f"this is {known[0]}, which is not read here; {known[1]}"
 
 
-def _folder_of_slices(folder: Path, depth: int = 0) -> Path | None:
+def folder_of_slices(folder: Path, depth: int = 0) -> Path | None:
     """Return the first folder, at a folder or below it, whose first file is a slice."""
     if not folder.is_dir() or folder.is_symlink() or depth > DEEPEST:
         return None
@@ -96,7 +96,7 @@ def _folder_of_slices(folder: Path, depth: int = 0) -> Path | None:
         if path.is_file() and (suffix_of(path) in SLICES or is_dicom(path)):
             return folder
     for path in inside[:MOST_LOOKED_AT]:
-        if found := _folder_of_slices(path, depth + 1):
+        if found := folder_of_slices(path, depth + 1):
             return found
     return None
 
@@ -109,9 +109,9 @@ def folder_advice(folder: Path, volume_suffixes: Collection[str]) -> str:
     files = [path for path in inside if path.is_file()]
     if found := next((path for path in files if suffix_of(path) in volume_suffixes), None):
         return f"the folder holds no slices, but volumes, such as {found.name}; open one of them"
-    if found := next(filter(None, map(_folder_of_slices, inside)), None):
+    if found := next(filter(None, map(folder_of_slices, inside)), None):
         return (
-            f"the folder holds no slices itself, but folders of some, such as "
+            f"the folder holds no slices, but folders with slices, such as "
             f"{found.relative_to(folder)}; open one of them"
         )
     counts = Counter(path.suffix.lower() for path in files if path.suffix.lower() in KINDS)

@@ -167,7 +167,7 @@ def test_the_menus_act(qtbot, make_window, builders, monkeypatch):
     open_volume(qtbot, window, "patchy")
     settle(qtbot, window)
     assert switch.isVisible()
-    assert "voxels are missing, and not drawn" in window.status.news
+    assert "Missing voxels (50 %) are not drawn" in window.status.news
     tf = window.state.transfer_function
     act_until(qtbot, window.workspace.rangeChanged, window.workspace.opening.draw_missing, True)
     settle(qtbot, window)

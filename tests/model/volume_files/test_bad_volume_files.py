@@ -333,8 +333,9 @@ FOLDERS = {
     "a text": (lambda f: filled(f, notes_md=b"hello"), "no DICOM or TIFF slices"),
     "pictures": (lambda f: filled(f, **{f"{k}_png": b"\x89PNG" for k in range(3)}),
         r"holds 3 images \(\.png\), which are not read here"),
-    "folders": (lambda f: files.write_dicom(f / "patient" / "study" / "series", ARRAY),
-        "such as patient/study/series; open one of them"),
+    "folders": (
+        lambda f: [(f / "brain").mkdir(), files.write_tiff(f / "brain" / "a.tif", [FLAT])],
+        "such as brain; open one of them"),
     "volumes": (lambda f: files.write_itk(f / "a.nrrd", ARRAY),
         r"volumes, such as a\.nrrd; open one of them"),
     "unlike slices": (

@@ -79,11 +79,17 @@ def test_one_slice_stands_for_its_series(tmp_path):
     check(read_volume(tmp_path / "051.dcm"), other)
     note = "Of 2 series 'series' is read (7 x 5 x 6); also there: series (2)."
     check(read_volume(tmp_path), voxels(), notes=(note,))
-    # A disc has its series in folders.
+    # A disc has its series in folders, as exports have.
+    note = "Of 2 series 'series (B)' is read (7 x 5 x 6); also there: series (C)."
     for start, name, each in ((0, "A/B", voxels()), (50, "A/C", other)):
         write_dicom(tmp_path / "disc" / name, each, start=start, SeriesInstanceUID=f"9.{start}")
-    (tmp_path / "disc" / "DICOMDIR").touch()
     check(read_volume(tmp_path / "disc"), voxels(), notes=(note,))
+    disc = write_dicom(tmp_path / "disc", voxels(), start=80)
+    write_dicom(disc, voxels(), start=90, PixelSpacing=[1, 3])
+    note = "Of 2 series 'series (0.5 x 2 mm)' is read; also there: series (3 x 1 mm)."
+    check(read_volume(disc), voxels(), notes=(note,))
+    (disc / "DICOMDIR").touch()
+    assert len(read_volume(disc).file.contents) == 4
 
 
 def test_sagittal_slices_have_the_patients_axes(tmp_path):
@@ -140,7 +146,7 @@ def test_padding_is_missing():
     volume = read_volume(folder)
     assert volume.data_range == (stored[~grid.missing].min(), stored.max())
     assert volume.units == "HU"
-    assert "(28 %) as missing" in said(volume)
+    assert "marks 9088 voxels as missing" in said(volume)
 
 
 @pytest.mark.parametrize(("case", "words", "distance"), [

@@ -150,7 +150,7 @@ def test_bad_voxels_are_counted(tmp_path, bad):
     np.testing.assert_array_equal(volume.voxels[good], array[good])
     assert volume.data_range == (array[good].min(), array[good].max())
     (note,) = volume.notes
-    assert note.startswith(f"{len(bad)} NaN or infinite voxel")
+    assert note.startswith(f"{len(bad)} voxel") and note.endswith("NaN or infinite.")
 
 
 def body(dtype, low=0.0, high=240.0, size=24):
