@@ -182,9 +182,10 @@ class FieldCover(QObject):
             # The band's own field is on its way; what is there belongs to another value.
             return
         image = self.image_of(answer.request.inputs)
-        if image is not None:
+        if image is not None and _are_alike(np.shape(answer.value), image.shape):
             self._cover(answer, image)
-        elif not answer.is_of(self._state.inputs):
+        elif image is not None or not answer.is_of(self._state.inputs):
+            # Of other proportions, one of them is of the pane's size before.
             self._uncover()
 
     def show_what_if(self, answer: RenderedEdit | None, edit: str = "") -> None:
@@ -247,8 +248,11 @@ class FieldCover(QObject):
         is_moving = self._state.live or self._asked.dragging
         keeps_scale = is_moving or self._asked.choices.locked
         if not keeps_scale or self._shown_as != measure:
-            # One scale for exact and learned fields, so that their colours can be compared.
-            every = (answer,) if is_part else (answer, *self._asker.both(self._asker.fields))
+            # One scale for exact and learned fields, or A and B: their colours can be compared.
+            too = (self._asker.seen, self._asker.seen_too) if self._state.tf_input.compares else ()
+            others = too if is_part else self._asker.both(self._asker.fields)
+            values = answer.request.values
+            every = (answer, *(a for a in others if a and a.request.values == values))
             least = LEAST_SEEN if is_part else display.FLOOR
             self.scale = max(
                 display.scale_of(middle_square(self._shown(each)), least) for each in every
@@ -284,6 +288,13 @@ class FieldCover(QObject):
         if answer.source == "learned" and self._asker.hint:
             text += ", outside what it was trained on"
         return text
+
+
+def _are_alike(field: tuple[int, ...], image: tuple[int, ...]) -> bool:
+    """Whether two shapes have the same proportions, or one is square."""
+    (rows, columns), (height, width) = field[:2], image[:2]
+    is_square = rows == columns or height == width
+    return is_square or abs(rows * width - columns * height) <= max(height, width)
 
 
 def _square_together(

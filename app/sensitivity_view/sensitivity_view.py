@@ -280,7 +280,8 @@ class SensitivityView(QObject):
 
     def _show_one_bar(self) -> None:
         covers = sorted(self.covers, key=lambda cover: cover.pane is not self._left)
-        shown = [cover for cover in covers if cover.caption]
+        # While B wipes A's image, its own pane is hidden.
+        shown = [cover for cover in covers if cover.caption and not cover.pane.isHidden()]
         for cover in covers:
             cover.bar.setVisible(cover in shown[:1])
 

@@ -270,6 +270,22 @@ def test_questions_are_about_the_pane_with_the_focus(qtbot, window):
     window.sensitivity_state.hover(130.0, effect=False)
     canvases = [pane.canvas for pane in window.panes.images]
     qtbot.waitUntil(lambda: all(canvas.cover is not None for canvas in canvases))
+    # One scale of colours: half as much is seen in B.
+    asker.seen_too = replace(asker.seen_too, value=2 * asker.seen_too.value)
+    a, b = window.sensitivity.exact, window.sensitivity.exact_b
+    for cover in (a, b):
+        cover.refresh()
+    assert a.scale == b.scale == pytest.approx(2 * b._choose().value.max())
+    window.panes.show_b(True, True)
+    b.refresh()
+    assert not a.bar.isHidden()
+    window.panes.show_b(True, False)
+    # An image of other proportions has no field over it.
+    kept = a._images
+    for part, is_covered in ((np.s_[:, ::2], False), (np.s_[:], True)):
+        a._images = [(at, inputs, image[part]) for at, inputs, image in kept]
+        a.refresh()
+        assert (canvases[0].cover is not None) is is_covered
     asked = [asker.seen, asker.seen_too]
     assert [each.request.inputs for each in asked] == [state.inputs_of(name) for name in "BA"]
     window.sensitivity_state.keep(120.0, 140.0)
