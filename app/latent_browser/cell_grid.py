@@ -204,7 +204,8 @@ class CellGrid(KeyedWidget):
 def caption_of(picture: GridPicture, cell: int) -> str:
     """Return how many TFs a picture averages, or by how much it is brightened."""
     if picture.cells is not None:
-        return f"{picture.cells.count.flat[cell]:.0f} TFs"
+        count = int(picture.cells.count.flat[cell])
+        return f"{count} TF{'s' * (count != 1)}"
     exposure = picture.exposures.get(cell, 1.0)
     return f"{exposure:.0f} \u00d7 as bright" if exposure >= LEAST_SHOWN else ""
 

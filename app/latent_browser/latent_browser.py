@@ -18,6 +18,7 @@ from app.image_view.image_canvas import to_qimage
 from app.latent_browser.cell_grid import CellGrid
 from app.latent_browser.map_marks import shades_of
 from app.latent_browser.map_view import MapView
+from app.picture import BLACK
 from app.state.latent_pictures import GridPicture, HoverPicture, LatentPictures
 from app.state.latent_session import CodecChoice, LatentChoices, LatentState, Place
 from app.state.viewer_state import ViewerState
@@ -154,19 +155,20 @@ class Preview(QObject):
         if tf is not None:
             self._area.draw(self._curve, tf.sample(), tf.scalar_range, are_opacities=True)
         self._curve.setVisible(tf is not None)
-        self.tfChanged.emit(tf)
 
     def show_hover(self, picture: HoverPicture | None) -> None:
         """Show the picture of the place under the mouse instead of the reference's, or not."""
         if picture is None and not self.is_shown:
             return
         self.is_shown = picture is not None
+        self.tfChanged.emit(picture and picture.tf)
         if picture is None:
             self._pane.canvas.cover = None
             self._pane.name_cover("")
             return
         brightness = self._pane.brightness.of(picture.source)
-        self._pane.canvas.cover = to_qimage(picture.image, brightness)
+        is_clear = self._pane.background != BLACK
+        self._pane.canvas.cover = to_qimage(picture.image, brightness, clear=is_clear)
         of = {0: "The nearest TF of the map", 1: "A TF of the map"}
         explained = of.get(picture.samples, f"The mean of {picture.samples} TFs of the map")
         self._pane.name_cover("Under the mouse", "click to take", explained)

@@ -92,7 +92,8 @@ class LatentPictures(QObject):
         self._grid_key: object = None
         self._hover_rest = Pause(self, REST_MS, lambda: self._ask_hover(live=False))
         for changed in (
-            state.inputsChangeFinished, latent.choicesChanged, self.session.filterChanged,
+            state.inputsChangeFinished, state.navigationChanged,
+            latent.choicesChanged, self.session.filterChanged,
         ):  # fmt: skip
             changed.connect(self.ask)
         latent.brushChanged.connect(lambda _brush: self._ask_grid(live=latent.dragging))

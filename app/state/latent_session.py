@@ -157,6 +157,8 @@ class LatentSession(QObject):
         latent.choicesChanged.connect(self._choices_changed)
         # At the end of each change: while the view turns, engines need the processors.
         state.inputsChangeFinished.connect(self._look)
+        # Square pictures show more or less in an image of another shape.
+        state.navigationChanged.connect(self._look)
         state.tf_input.changed.connect(lambda _tf: self._place_present())
         self._before = latent.choices
 

@@ -1,5 +1,4 @@
 import shutil
-import subprocess
 from dataclasses import replace
 from pathlib import Path
 from unittest.mock import Mock
@@ -124,6 +123,8 @@ def test_the_grid_shows_the_mean_of_each_cell(window, builders, places):
     assert [one.opacity_tf for one in asked] == [tf for tf in grid.tfs if tf is not None]
     drawn = window.browser.grid
     assert len(drawn.images) == len(asked) and not drawn.text
+    one = replace(grid, cells=replace(means, count=np.eye(4, dtype=np.int64)))
+    assert [caption_of(one, cell) for cell in (0, 1)] == ["1 TF", "0 TFs"]
     # The middle says if the next ones take long.
     before = drawn.grab().toImage()
     window.workspace.latent.slow_grid.changed.emit(0.5)
@@ -191,6 +192,10 @@ def test_in_path_traced_light_traced_pictures_follow_at_rest(qtbot, window, buil
 def test_hovering_shows_picture_and_tf(qtbot, window, builders):
     preview, caption = window.browser.preview, window.reference.caption
     before = caption.title, caption.detail
+    window.overlays.choose_background("white")
+    # A cell's curve is shown without its picture: the legend stays the image's.
+    window.browser.grid.hovered.emit(next(iter(window.browser.grid.images)))
+    assert window.overlays.legend_tf == window.state.transfer_function
     move(qtbot, window.browser.map, (0.2, 0.1))
     qtbot.waitUntil(lambda: preview.is_shown)
     request = [r for r in builders.analysts[-1].others if r.channel == "hover"][-1]
@@ -201,6 +206,7 @@ def test_hovering_shows_picture_and_tf(qtbot, window, builders):
     assert request.inputs.view == window.state.view
     # The legend is that of the picture.
     assert window.overlays.legend_tf.opacity == expected
+    assert window.reference.canvas.cover.hasAlphaChannel()
     # At rest it is drawn once more, at full size.
     qtbot.waitUntil(lambda: window.reference.canvas.cover.width() == 256)
     assert (caption.title, caption.detail) == ("Under the mouse", "click to take")
@@ -291,6 +297,10 @@ def test_pictures_follow_the_view_and_are_marked_until_then(qtbot, window, build
         patch.setattr(engine, "images", Mock(side_effect=LatentError("No pictures today.")))
         act_until(qtbot, pictures.problem, window.latent_state.set_brush, (-0.5, -0.5, 0.5, 0.5))
     act_until(qtbot, pictures.gridDrawn, pictures.ask)
+    # Those of the view in an image of another shape show other parts of the volume.
+    qtbot.waitUntil(lambda: pictures.session._has_overview)
+    window.state.set_reach((0.9, 0.9))
+    assert pictures._grids["exact"].is_pending and pictures.session._looking.is_awaited
 
 
 def test_a_filter_by_value(qtbot, window):
@@ -334,26 +344,21 @@ def test_the_map_is_computed_shown_and_kept(qtbot, make_window, builders, tmp_pa
     assert window.state.transfer_function == before
 
 
-def test_the_map_is_cancelled_or_the_window_closed_meanwhile(
-    qtbot, make_window, builders, tmp_path, monkeypatch
-):
+def test_the_map_is_cancelled_or_the_window_closed(qtbot, make_window, builders, tmp_path):
     builders.map_folder = tmp_path
     started = []
-    popen = subprocess.Popen
-    monkeypatch.setattr(
-        subprocess, "Popen", lambda *args, **kw: started.append(popen(*args, **kw)) or started[-1]
-    )
     for close in (False, True):
         window = make_window()
         window.top_bar.browse.click()
         session = window.workspace.latent.session
         qtbot.waitUntil(lambda s=session: s.is_embedding)
+        started.append(session._embedding)
         if not close:
             window.browser.bar.stop.click()
             assert not session.is_embedding
             assert session.map is not None
         window.close()
-    assert all(process.poll() is not None for process in started)
+    assert all(one._process is None or one._process.poll() is not None for one in started)
     assert not list(tmp_path.iterdir())
 
 
@@ -388,9 +393,7 @@ def test_map_and_grid_are_used_by_keys(qtbot, window):
     assert latent.brush == pytest.approx(brush)
 
 
-def test_what_fails_is_explained_and_a_map_leaves_the_principal_components(
-    qtbot, make_window, builders, tmp_path, monkeypatch
-):
+def test_what_fails_is_explained(qtbot, make_window, builders, tmp_path, monkeypatch):
     builders.map_folder = tmp_path
     fail = Mock(side_effect=LatentError("The map cannot be computed."))
     monkeypatch.setattr(EmbeddingProcess, "run", fail)
@@ -421,9 +424,7 @@ def newest(builders, channel):
     return [r for r in builders.generators[-1].others if r.channel == channel][-1]
 
 
-def test_the_model_draws_codes_and_leaves_those_of_the_shipped_codec(
-    qtbot, make_window, builders, places
-):
+def test_the_model_draws_codes_of_its_codec(qtbot, make_window, builders, places):
     window = make_window()
     window.resize(1200, 800)
     window.latent_state.choose(codec="model", on_map=True)
