@@ -103,7 +103,7 @@ def test_other_volumes_are_drawn_so_where_that_is_chosen():
     renderer, vtk = RaycastRenderer(volume), VtkRenderer(volume)
     inputs = SceneInputs.of(VIEW, OPAQUE)
     chosen = replace(inputs, interpolates=False)
-    images = {each: r.render(each, SIZE) for r in (renderer, vtk) for each in (chosen, inputs)}
+    for each in (renderer, vtk):
+        assert abs(each.render(chosen, SIZE) - each.render(inputs, SIZE)).max() > 0.1
     declared = RaycastRenderer(labels())
     np.testing.assert_array_equal(renderer.render(chosen, SIZE), declared.render(inputs, SIZE))
-    assert abs(images[chosen] - images[inputs]).max() > 0.1
