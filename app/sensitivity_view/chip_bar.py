@@ -134,10 +134,7 @@ class ChipBar(QWidget):
     """Chips for the region, and for the layers of the plot, next to the panel's button."""
 
     def __init__(
-        self,
-        asked: SensitivityState,
-        histogram: HistogramLayer,
-        show_table: Callable[[], object],
+        self, asked: SensitivityState, histogram: HistogramLayer, show_table: Callable[[], object]
     ) -> None:
         super().__init__()
         self._state, self._histogram = asked, histogram

@@ -106,15 +106,15 @@ class ColorBar(QToolButton):
         return LOCKED if self._sensitivity.choices.locked else ""
 
 
-def paint_bar(painter: QPainter, rect: QRect, right: int, bar: QImage, text: str) -> None:
-    """Paint a colour bar into an image's lower left corner, with a text that ends at `right`."""
-    x, y = rect.left() + MARGIN, rect.bottom() - MARGIN - BAR.height()
+def paint_bar(painter: QPainter, rect: QRect, bar: QImage, text: str) -> None:
+    """Paint a colour bar into an image's lower right corner, with a text above it."""
+    x, y = rect.right() - MARGIN - BAR.width(), rect.bottom() - MARGIN - BAR.height()
     painter.drawImage(QRectF(x, y, BAR.width(), BAR.height()), bar)
     painter.setPen(QPen(QColor(theme.ON_IMAGE.dim), 1))
     painter.setBrush(Qt.BrushStyle.NoBrush)
     painter.drawRect(QRectF(x, y, BAR.width(), BAR.height()))
-    flags = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignBottom | Qt.TextFlag.TextWordWrap
-    room = QRectF(x, y - 4 - ROOM, right - MARGIN - x, ROOM)
+    flags = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignBottom | Qt.TextFlag.TextWordWrap
+    room = QRectF(rect.left() + MARGIN, y - 4 - ROOM, rect.width() - 2 * MARGIN, ROOM)
     # Images may be bright there. Without a pen, Qt knows no size of a text.
     plate = painter.boundingRect(room, flags, text).adjusted(-4, -2, 4, 2)
     ground = QColor(theme.ON_IMAGE.field)

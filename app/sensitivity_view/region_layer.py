@@ -39,10 +39,7 @@ class RegionLayer(QObject):
     """Shows the regions over a canvas and edits the active one."""
 
     def __init__(
-        self,
-        canvas: ImageCanvas,
-        asked: SensitivityState,
-        clicked: Callable[[], object],
+        self, canvas: ImageCanvas, asked: SensitivityState, clicked: Callable[[], object]
     ) -> None:
         super().__init__(canvas)
         self._canvas, self._state = canvas, asked
@@ -337,12 +334,7 @@ ROW = "<tr><td>{}</td><td align='right' style='padding-left: 12px'>{}</td>{}</tr
 class PlaceLabel(Card):
     """Label with the values at the clicked place in this canvas."""
 
-    def __init__(
-        self,
-        canvas: ImageCanvas,
-        asker: SensitivityAsker,
-        finder: PieceFinder,
-    ) -> None:
+    def __init__(self, canvas: ImageCanvas, asker: SensitivityAsker, finder: PieceFinder) -> None:
         super().__init__(canvas)
         self._canvas, self._asker, self._finder = canvas, asker, finder
         self.is_here = False  # whether it was this canvas that was clicked

@@ -257,7 +257,7 @@ class ImageError(QObject):
         painter.drawImage(place, _picture(compared, pane.background))
         self._overlays.paint_line(pane, painter)
         painter.setClipping(False)
-        paint_bar(painter, place, whole.right(), compared.bar(pane.background), text)
+        paint_bar(painter, whole & canvas.rect(), compared.bar(pane.background), text)
 
     def follow(self) -> None:
         """Stop comparing images that are not the present state's."""

@@ -100,10 +100,7 @@ class Slices(QObject):
         self._context.workspace.keep(gray_window=self.state.window)
 
     def _show_volume(
-        self,
-        opened: OpenedVolume,
-        colors: SliceColors | None = None,
-        window: Range | None = None,
+        self, opened: OpenedVolume, colors: SliceColors | None = None, window: Range | None = None
     ) -> None:
         """Show a volume, in remembered colours and grey window if there are any."""
         volume, before, changes = opened.volume, self.state.volume, dict[str, Any]()

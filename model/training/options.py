@@ -270,8 +270,7 @@ class TrainingJob:
             )
         if self.movable_light and self.lighting == "none":
             raise TrainingError(
-                "An unlit scene has no light to move; choose a lighting.",
-                lighting="direct",
+                "An unlit scene has no light to move; choose a lighting.", lighting="direct"
             )
         if self.start is not None and self.start.resolve() == self.out.resolve():
             raise TrainingError(

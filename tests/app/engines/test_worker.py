@@ -278,10 +278,7 @@ def test_an_engine_draws_before_it_answers(qtbot, spy):
     assert spy.states == [EngineState.LOADING]
     with qtbot.waitSignals([spy.client.images.answered, spy.seen.answered]):
         may_load.set()
-    assert [result.request.channel for result in spy.results] == [
-        requests.IMAGES,
-        "visibility",
-    ]
+    assert [result.request.channel for result in spy.results] == [requests.IMAGES, "visibility"]
 
 
 def test_ever_better_images_are_awaited_until_the_last(qtbot, spy):

@@ -92,11 +92,8 @@ def test_what_is_edited_is_the_pane_that_was_clicked(qtbot, window, builders):
 
 
 def test_b_has_a_light_of_its_own(qtbot, window, builders, tmp_path, monkeypatch):
-    a, controls, work = (
-        builders.references[-1],
-        window.reference_controls,
-        window.workspace.reference,
-    )
+    a, controls = builders.references[-1], window.reference_controls
+    work = window.workspace.reference
     first = window.state.tf_input.of("A")
 
     def choose(lighting):

@@ -427,11 +427,8 @@ def test_the_scale_bar_is_as_long_as_the_scale_says(size):
 
 
 def test_a_narrow_image_has_a_short_legend():
-    choice, nothing = (
-        FigureChoice(300, 600, BLACK, legend=True),
-        np.zeros((600, 300, 4), np.float32),
-    )
-    rows = np.flatnonzero(made(choice, reference=nothing).any(axis=(1, 2)))
+    choice, black = FigureChoice(300, 600, BLACK, legend=True), plain(0.0, 600, 300)
+    rows = np.flatnonzero(made(choice, reference=black).any(axis=(1, 2)))
     assert 600 - 0.6 * 300 < rows.min() < 600 - 0.4 * 300
 
 

@@ -92,7 +92,7 @@ def test_the_error_is_that_of_the_square_of_the_same_inputs_and_shows_where_it_i
     action(window, "White").trigger()
     assert color(0.25, 0.25).lightness() < color(0.75, 0.25).lightness() - 20
     # The scale's text has a dark ground.
-    corner = canvas.image_rect.bottomLeft() + QPoint(6, -26)
+    corner = canvas.image_rect.bottomRight() - QPoint(6, 26)
     assert canvas.grab().toImage().pixelColor(corner).lightness() < 150
     action(window, "Black").trigger()
     canvas.show_image(to_qimage(drawn))

@@ -210,11 +210,15 @@ def test_the_network_draws_while_the_light_is_path_traced(
     qtbot, make_window, builders, network, monkeypatch
 ):
     window = make_window()
-    reference = window.workspace.reference
+    reference, open_model_of = window.workspace.reference, window.files.open_model
     model = builders.generators[-1]
+
+    def settled(act, *arguments, **changes):
+        act(*arguments, **changes)
+        settle(qtbot, window)
+
     assert window.generator.caption.title == "Generator"
-    reference.choose(lighting="path")
-    settle(qtbot, window)
+    settled(reference.choose, lighting="path")
     # What the model does not draw is no second image until it is asked for.
     assert window.panes.images == [window.reference]
     for count in (2, 1, 2):
@@ -236,8 +240,7 @@ def test_the_network_draws_while_the_light_is_path_traced(
     window.state.finish_view()
     settle(qtbot, window)
     assert len(model.requests) == asked
-    reference.choose(lighting="none")
-    settle(qtbot, window)
+    settled(reference.choose, lighting="none")
     assert window.generator.caption.title == "Generator"
     # It is not loaded again.
     assert builders.generators[-1] is not model and builders.kept[-1] is builders.kept[-2]
@@ -245,39 +248,31 @@ def test_the_network_draws_while_the_light_is_path_traced(
     assert window.workspace.latent.session.model is not None
     # Without the network or the denoiser the model stays.
     monkeypatch.setattr(open_model, "PATH_LIGHT", Path("missing"))
-    reference.choose(lighting="path")
-    settle(qtbot, window)
+    settled(reference.choose, lighting="path")
     assert window.generator.caption.title == "Generator"
     assert "Trained with no light" in window.generator.hint
     monkeypatch.setattr(open_model, "PATH_LIGHT", Path(__file__))
-    reference.choose(denoises=False)
-    settle(qtbot, window)
+    settled(reference.choose, denoises=False)
     assert window.generator.caption.title == "Generator"
     # Opened by its name, a model is to be seen: in its light.
-    reference.choose(denoises=True)
-    settle(qtbot, window)
+    settled(reference.choose, denoises=True)
     monkeypatch.setattr(Library, "check_model", lambda *_: model.scene)
-    window.files.open_model(Path("model"))
-    settle(qtbot, window)
+    settled(open_model_of, Path("model"))
     assert reference.settings.lighting == "none" and window.generator.isVisible()
     trained = model.scene
     # And without a model there is one pane still.
     window.workspace.open_model(None)
-    reference.choose(lighting="path")
-    settle(qtbot, window)
+    settled(reference.choose, lighting="path")
     assert not window.generator.isVisible()
     # So is the first one.
     monkeypatch.setattr(Library, "check_model", lambda *_: trained)
-    window.files.open_model(Path("model"))
-    settle(qtbot, window)
+    settled(open_model_of, Path("model"))
     assert reference.settings.lighting == "none" and window.generator.isVisible()
     # One of another volume leaves the light.
-    reference.choose(lighting="path")
-    settle(qtbot, window)
+    settled(reference.choose, lighting="path")
     other = replace(trained, volume_fingerprint="other")
     monkeypatch.setattr(Library, "check_model", lambda *_: other)
-    window.files.open_model(Path("other"))
-    settle(qtbot, window)
+    settled(open_model_of, Path("other"))
     assert reference.settings.lighting == "path"
 
 
@@ -371,16 +366,23 @@ def test_the_ray_caster_draws_and_a_sentence_says_so(
     assert [each.name for each in tmp_path.iterdir()] == ["picture.png"]
 
 
-def test_without_a_graphics_card_vtk_draws_where_it_is_chosen(
+def test_without_a_graphics_card_vtk_draws_where_it_is_chosen_and_next_to_a_generator(
     qtbot, make_window, real_reference, monkeypatch
 ):
     monkeypatch.setattr(opengl, "opengl_name", lambda: "llvmpipe (LLVM 15.0.6, 256 bits)")
-    window = make_window(model=None, lighting="direct")
+    window, shown = make_window(lighting="direct"), []
     client, choose = window.reference.client, window.workspace.reference.choose
-    tip, shown = window.reference.caption.toolTip(), []
-    assert "ray caster" in tip and "llvmpipe" in tip
     window.reference.resultShown.connect(shown.append)
+    for lighting, name in (("direct", "VTK"), ("none", "VTK"), ("soft", "ray caster")):
+        choose(lighting=lighting)
+        window.state.set_view(View(azimuth=40.0 + len(shown)))
+        qtbot.waitUntil(lambda: client.is_ready and client.is_settled)
+        assert shown[-1].image.by.startswith(name)
+        assert window.reference.caption.detail.startswith(name)
+    # Alone, where nothing is compared with it, the ray caster's faster image stays.
+    window.workspace.open_model(None)
     for changes, name in (
+        ({"lighting": "direct"}, "ray caster"),
         ({"drawing": "vtk"}, "VTK"),
         ({"drawing": "raycast"}, "ray caster"),
         ({"drawing": "auto"}, "ray caster"),
@@ -391,24 +393,5 @@ def test_without_a_graphics_card_vtk_draws_where_it_is_chosen(
         is_automatic = changes.get("drawing", "auto") == "auto"
         qtbot.waitUntil(lambda: client.is_ready and client.is_settled)
         assert (shown[-1].image.by, bool(shown[-1].remark)) == (name, is_automatic)
-
-
-def test_the_ground_truth_next_to_a_generator_is_vtks_without_a_graphics_card(
-    qtbot, make_window, real_reference, monkeypatch
-):
-    monkeypatch.setattr(opengl, "opengl_name", lambda: "llvmpipe (LLVM 15.0.6, 256 bits)")
-    window = make_window(lighting="direct")
-    client = window.reference.client
-    shown, remarks = [], []
-    window.reference.resultShown.connect(lambda result: shown.append(result.image.by))
-    window.reference.resultShown.connect(lambda result: remarks.append(result.remark))
-    for lighting, name in (("direct", "VTK"), ("none", "VTK"), ("soft", "ray caster")):
-        window.workspace.reference.choose(lighting=lighting)
-        window.state.set_view(View(azimuth=40.0 + len(shown)))
-        qtbot.waitUntil(lambda: client.is_ready and client.is_settled)
-        assert shown[-1].startswith(name) and window.reference.caption.detail.startswith(name)
-    # Alone, where nothing is compared with it, the ray caster's faster image stays.
-    window.workspace.open_model(None)
-    window.workspace.reference.choose(lighting="direct")
-    qtbot.waitUntil(lambda: client.is_ready and client.is_settled)
-    assert shown[-1] == "ray caster" and "llvmpipe" in remarks[-1]
+        is_without = is_automatic and "soft" not in changes.values()
+        assert ("llvmpipe" in shown[-1].remark) == is_without
