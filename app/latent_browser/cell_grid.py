@@ -56,7 +56,6 @@ class CellGrid(KeyedWidget):
     def show_grid(self, picture: GridPicture | None) -> None:
         """Show the cells' pictures; None for none."""
         self._picture = picture
-        self.is_stale = False
         self._paint_images()
 
     def _paint_images(self) -> None:

@@ -9,7 +9,7 @@ from PySide6.QtGui import QColor, QCursor, QMouseEvent, QPainter, QPen, QPolygon
 from PySide6.QtWidgets import QGraphicsOpacityEffect, QHBoxLayout, QLabel, QWidget
 
 from app import theme
-from app.controls import CLICK_REACH, Card, fill
+from app.controls import CLICK_REACH, Card, Painted, fill
 from app.icons import IconButton
 from app.image_view.image_canvas import ImageCanvas
 from app.placing import freest
@@ -334,6 +334,8 @@ ROW = "<tr><td>{}</td><td align='right' style='padding-left: 12px'>{}</td>{}</tr
 class PlaceLabel(Card):
     """Label with the values at the clicked place in this canvas."""
 
+    is_covered = Painted(False, "refresh")  # whether another TF's picture is shown
+
     def __init__(self, canvas: ImageCanvas, asker: SensitivityAsker, finder: PieceFinder) -> None:
         super().__init__(canvas)
         self._canvas, self._asker, self._finder = canvas, asker, finder
@@ -370,6 +372,7 @@ class PlaceLabel(Card):
         asker, place = self._asker, self._asker.asked.place
         # The clicked place may lie outside this narrower image.
         is_seen = self.is_here and place is not None and self._canvas.has_place(place)
+        is_seen = is_seen and not self.is_covered
         if not (is_seen and asker.asked.choices.shown):
             self.hide()
             return

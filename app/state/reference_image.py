@@ -219,7 +219,7 @@ class ReferenceImage(QObject):
             self.designed_light = None if sample is None else sample.light
             self._take_light(before, proposed)
             # With a model that comes or goes, the pane's size changes.
-            self._follow_pane()
+            self.follow_pane()
         self._take_settings()
         # Over another range, the last image stays until the first new one.
         self._start_reference(PREPARING if is_new else "")
@@ -228,7 +228,7 @@ class ReferenceImage(QObject):
     def follow(self, scene: Scene | None) -> None:
         """Adapt to the model next to it, to the choices, and to look, focus and presence of B."""
         if (scene is None) != (self._scene is None):
-            self._follow_pane()
+            self.follow_pane()
         self._scene = scene
         before, before_b, answering = self.settings, self.settings_b, self._answering
         self._take_settings()
@@ -315,7 +315,7 @@ class ReferenceImage(QObject):
         scheduler.stop = STOPS[self.choices.stop]
         self.resized.emit(scheduler.raster)
 
-    def _follow_pane(self) -> None:
+    def follow_pane(self) -> None:
         """Adapt the home view to the pane until the pane's size is stable."""
         self.fits_view = True
         self._pane_rest.start()

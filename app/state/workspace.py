@@ -95,6 +95,7 @@ class Workspace(QObject):
         self.pieces = PieceFinder(self.sensitivity, lambda: self.model.volume, self.news.emit, self)
         self._kept = ""  # fingerprint of the volume whose memory is kept
         self.is_next = self._is_restored = False  # the next time step of a series
+        self._has_map = False  # whether the map of TFs is shown
         self._connect()
 
     def _connect(self) -> None:
@@ -112,7 +113,7 @@ class Workspace(QObject):
             (self.opening.warned, self.problem.emit),
             (work.resized, self.sensitivity.show),
             (work.settingsChanged, self._relight),
-            (self.latent.state.choicesChanged, self._make_way),
+            (self.latent.state.choicesChanged, self._follow_browser),
             (self.latent.session.differentChanged, partial(self._scheduler.make_way, False)),
             (work.analystReplaced, self._restart_questions),
             (generator.engineReady, self._generator_ready),
@@ -127,8 +128,12 @@ class Workspace(QObject):
         for signal, slot in wires:
             signal.connect(slot)
 
-    def _make_way(self, choices: LatentChoices) -> None:
+    def _follow_browser(self, choices: LatentChoices) -> None:
         """Have images wait for the browser's first pictures, which its opening asks for."""
+        if (has_map := choices.shown and choices.on_map) != self._has_map:
+            # The map takes so much of the window that the home view would be cut off.
+            self._has_map = has_map
+            self.reference.follow_pane()
         is_first = self.latent.session.different is None and self.opened is not None
         self._scheduler.make_way(choices.shown and is_first)
 

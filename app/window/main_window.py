@@ -26,6 +26,7 @@ from app.window.figure import Subject
 from app.window.menus import Menus
 from app.window.window_parts import WindowParts
 from model.rendering.scale_bar import Scale
+from model.scene.transfer_function import OpacityTF
 
 B_OPENED = "You edit B now. Click in A to edit A again. C closes B."
 
@@ -88,13 +89,17 @@ class MainWindow(WindowParts):
             (self.panes.arranged, self._note_pixels),
             (self.editor.menu.scale_wanted, workspace.opening.show_on_scale),
             (self.browser.problem, lambda text: fail(text, "browser")),
-            (self.browser.preview.tfChanged, self.overlays.preview),
+            (self.browser.preview.tfChanged, self._show_preview),
             (self.preferences.problem, fail),
         ]
         for signal, slot in wires:
             signal.connect(slot)
         self._show_browser(self.latent_state.choices)
         self._show_light()
+
+    def _show_preview(self, tf: OpacityTF | None) -> None:
+        self.overlays.preview(tf)
+        self.sensitivity.labels[1].is_covered = tf is not None
 
     def _note_pixels(self) -> None:
         """Request images of the size of a visible pane, once it is laid out."""

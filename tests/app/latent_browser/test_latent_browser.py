@@ -196,6 +196,9 @@ def test_hovering_shows_picture_and_tf(qtbot, window, builders):
     # A cell's curve is shown without its picture: the legend stays the image's.
     window.browser.grid.hovered.emit(next(iter(window.browser.grid.images)))
     assert window.overlays.legend_tf == window.state.transfer_function
+    QTest.mouseClick(window.reference.canvas, Qt.MouseButton.LeftButton)
+    label = window.sensitivity.labels[1]
+    qtbot.waitUntil(label.isVisible)
     move(qtbot, window.browser.map, (0.2, 0.1))
     qtbot.waitUntil(lambda: preview.is_shown)
     request = [r for r in builders.analysts[-1].others if r.channel == "hover"][-1]
@@ -206,7 +209,7 @@ def test_hovering_shows_picture_and_tf(qtbot, window, builders):
     assert request.inputs.view == window.state.view
     # The legend is that of the picture.
     assert window.overlays.legend_tf.opacity == expected
-    assert window.reference.canvas.cover.hasAlphaChannel()
+    assert window.reference.canvas.cover.hasAlphaChannel() and not label.isVisible()
     # At rest it is drawn once more, at full size.
     qtbot.waitUntil(lambda: window.reference.canvas.cover.width() == 256)
     assert (caption.title, caption.detail) == ("Under the mouse", "click to take")
@@ -214,7 +217,7 @@ def test_hovering_shows_picture_and_tf(qtbot, window, builders):
     # Undo shows its own picture, not that of the place under the mouse.
     window.state.edits.undo()
     assert window.latent_state.hover is None
-    assert not preview.is_shown
+    assert label.isVisible() and not preview.is_shown
     assert window.overlays.legend_tf == window.state.transfer_function
     assert window.state.edits.stack.count() == 0
     assert (caption.title, caption.detail) == before

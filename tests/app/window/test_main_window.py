@@ -90,6 +90,12 @@ def test_without_a_model_the_reference_has_the_window_and_is_lit(qtbot, make_win
         qtbot.waitUntil(is_narrow)
         settle(qtbot, window)
         assert window.state.view == view
+    # The map leaves so little of the window that the home view follows.
+    for on_map in (True, False):
+        act_until(qtbot, work.resized, window.latent_state.choose, shown=on_map, on_map=True)
+        qtbot.waitUntil(
+            lambda on=on_map: window.state.is_at_home and (window.state.view != view) == on
+        )
     pixels = builders.references[-1].requests[-1].quality.pixels
     assert (pixels.width, pixels.height) == window.reference.canvas.pixels
     work.choose(reference_size=256)
