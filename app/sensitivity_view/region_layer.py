@@ -389,7 +389,8 @@ class PlaceLabel(Card):
         is_kept = is_same and bool(self._links)
         self.dim.setEnabled(is_kept)
         if not is_kept:
-            pieces = map(self._row_of, self._finder.pieces, "01")
+            texts = [text for text, _ in lines]
+            pieces = (self._row_of(p, n, texts) for n, p in enumerate(self._finder.pieces))
             self._links = "".join(pieces) if asker.pick else ""
         nothing = "Nothing visible here" if asker.pick else asker.waiting
         rows = rows or (self._links and f"<tr><td>{nothing}</td></tr>")
@@ -405,9 +406,11 @@ class PlaceLabel(Card):
         self.raise_()
         QWidget.setTabOrder(self._canvas, self.text)
 
-    def _row_of(self, piece: Piece, number: str) -> str:
+    def _row_of(self, piece: Piece, number: int, listed: Sequence[str]) -> str:
         band = piece.values
         values = "voxels" if band is None else self._asker.state.range_text(band)
+        if band is not None and values not in listed:
+            values = f"peak of the TF, {values}"
         does = " · ".join(
             f"<a href='{action}{number}' style='color: {theme.ON_IMAGE.change}'>{text}</a>"
             for action, text in (("a", "isolate"), ("c", "cut away"))

@@ -11,13 +11,14 @@ import numpy as np
 from model.errors import VolumeError
 from model.scene.volume import Content
 from model.volume_files.blocks import counted
-from model.volume_files.checks import log_of, slices_in, truncated, unsupported
-from model.volume_files.choice import LARGEST, AskedKind, Choice, chosen_index, content
+from model.volume_files.checks import log_of, not_a, slices_in, truncated, unsupported
+from model.volume_files.choice import LARGEST, MOST_LISTED, AskedKind, Choice, chosen_index, content
 from model.volume_files.dicom_tags import (
     DicomFile,
     Frame,
     frames_of,
     is_dicom,
+    is_foreign,
     number_in,
     read_dicom_file,
 )
@@ -253,7 +254,8 @@ def list_dicom(files: Sequence[Path]) -> tuple[list[Stack], tuple[str, ...]]:
     """Find the volumes in DICOM files by their tags, the largest first; also return notes."""
     from pydicom.uid import UID
 
-    read = [read_dicom_file(path) for path in counted("files listed", files)]
+    known = [path for path in files if not is_foreign(path)] or files
+    read = [read_dicom_file(path) for path in counted("files listed", known)]
     images = [file for file in read if file.kind is not None]
     others = [file for file in read if file.kind is None]
     classes = {file.text("SOPClassUID") for file in images}
@@ -265,8 +267,10 @@ def list_dicom(files: Sequence[Path]) -> tuple[list[Stack], tuple[str, ...]]:
         if "Rows" in file.tags or is_image:
             raise truncated(file.path, "it has no pixels")
     notes: tuple[str, ...] = ()
+    if foreign := [path.name for path in files if path not in known]:
+        notes = (f"Files that are not DICOM were left out: {', '.join(foreign[:MOST_LISTED])}.",)
     if others:
-        notes = (f"DICOM files without an image were left out: {len(others)}.",)
+        notes += (f"DICOM files without an image were left out: {len(others)}.",)
     if not images:
         raise VolumeError(
             f"{files[0].parent}: no DICOM file here holds an image; choose another folder."
@@ -288,6 +292,8 @@ def read_dicom(files: Sequence[Path], like: Path | None = None, choice: Choice =
 
 def _read(files: Sequence[Path], like: Path | None, choice: Choice) -> Grid:
     folder = files[0].parent
+    if like is not None and not is_dicom(like):
+        raise not_a(like, "a DICOM file")
     stacks, notes = list_dicom(files)
     if like is not None and choice.series is None:
         own = [s for s in stacks if any(frame.file.path == like for frame in s.frames)]

@@ -12,8 +12,7 @@ from typing import TYPE_CHECKING, Any, BinaryIO, Literal
 
 import numpy as np
 
-from model.errors import VolumeError
-from model.volume_files.checks import damaged, errors_of, truncated, unsupported
+from model.volume_files.checks import damaged, errors_of, not_a, truncated, unsupported
 
 if TYPE_CHECKING:
     from pydicom import Dataset
@@ -120,6 +119,13 @@ def is_dicom(path: Path, has_preamble: bool = False) -> bool:
     return start[PREAMBLE:] == b"DICM" or (not has_preamble and _is_bare(start))
 
 
+def is_foreign(path: Path) -> bool:
+    """Whether a file is neither DICOM nor, as far as can be seen, the beginning of such a file."""
+    with path.open("rb") as file:
+        start = file.read(PREAMBLE).lstrip(b"\0")
+    return not is_dicom(path) and start[:1] not in (b"", b"\x02", b"\x08")
+
+
 def _is_bare(start: bytes) -> bool:
     """Whether bytes begin with a tag of group 2 or 8 and its length, as without a preamble."""
     if len(start) < 12 or start[:2] not in (b"\x02\0", b"\x08\0") or start[3] != 0:
@@ -137,7 +143,7 @@ def read_dicom_file(path: Path) -> DicomFile:
     # Many files break rules of values; needed ones are checked here.
     config.settings.reading_validation_mode = config.IGNORE
     if not is_dicom(path):
-        raise VolumeError(f"{path}: this is not a DICOM file; remove it from the folder.")
+        raise not_a(path, "a DICOM file")
     says, cut_off = "its tags cannot be read: {}", (EOFError, InvalidDicomError)
     with errors_of(path, says, "pydicom", cut_off=cut_off, missing="a tag is cut off"):
         return _read(path)

@@ -151,11 +151,16 @@ def test_the_values_that_are_listed_at_a_place_have_their_piece(qtbot, window, b
     ramp = OpacityTF(RANGE, points=((20.0, 0.0), (200.0, 0.5)))
     window.state.tf_input.set(replace(TF, opacity=ramp))
     window.state.set_view(View(0.0, 0.0))
-    text = click(qtbot, window, 0.42, pieces=2).text.text()
+    label = click(qtbot, window, 0.42, pieces=2)
+    text = label.text.text()
     (listed,) = [row for row in text.split("<tr>") if "100 %" in row]
     assert f"Connected {listed.split('</td>')[0][4:]}</td>" in text
     first, second = window.workspace.pieces.pieces
     assert (first.count, second.count) == (6**2 * 10, 6**2 * 4)
+    # Values that are in no row are said to be the TF's.
+    window.workspace.pieces.pieces = first, replace(second, values=(20.0, 200.0))
+    label.refresh()
+    assert "Connected peak of the TF, 20 to 200" in label.text.text()
     # The place stays on the block while the view is moved and turned.
     view, asked = window.state.view, window.sensitivity_state
     window.state.set_view(replace(view, pan_x=view.pan_x + 0.2))

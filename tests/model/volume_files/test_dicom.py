@@ -25,6 +25,7 @@ from volume_writers import (
     write_dicom,
 )
 
+from model.errors import VolumeError
 from model.scene.volume import Caution, FileFacts
 from model.volume_files import Choice, read_volume
 from model.volume_files.dicom import dicom_slices, read_dicom
@@ -89,6 +90,10 @@ def test_one_slice_stands_for_its_series(tmp_path):
     note = "Of 2 series 'series (0.5 x 2 mm)' is read; also there: series (3 x 1 mm)."
     check(read_volume(disc), voxels(), notes=(note,))
     (disc / "DICOMDIR").touch()
+    (disc / "x.dcm").write_bytes(500 * b"?")
+    assert any("left out: x.dcm." in note for note in read_volume(disc).notes)
+    with pytest.raises(VolumeError, match=r"x\.dcm: this is not a DICOM file; choose another"):
+        read_volume(disc / "x.dcm")
     assert len(read_volume(disc).file.contents) == 4
 
 
