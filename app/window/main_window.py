@@ -214,6 +214,8 @@ class MainWindow(WindowParts):
         """Show the latent browser in the generator's place, or the generator again."""
         tf_input = self.state.tf_input
         if choices.shown:
+            # In the narrower image it would hide what TFs show.
+            self.up_axis_card.hide()
             self.panes.is_browsing = True
             self._b_returns = self._b_returns or tf_input.compares
             tf_input.compare(False)

@@ -279,6 +279,9 @@ def test_it_is_asked_once_with_pictures(qtbot, make_window, builders):
     builders.volumes["other"] = make_volume("other", 300.0)
     open_volume(qtbot, window, "other")
     assert card.isVisible() and window.state.up_axis == "+z"
+    window.latent_state.choose(shown=True)
+    assert card.isHidden()
+    window.latent_state.choose(shown=False)
     open_volume(qtbot, window, "ramp")
     assert card.isHidden() and window.state.up_axis == "-y"
     # Who leaves it, or chooses an axis elsewhere, is not asked again.
