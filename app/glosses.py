@@ -13,6 +13,7 @@ from app.controls import SearchField, close_box, fill
 GLOSSARY = Path(__file__).parent.parent / "docs" / "glossary.md"
 
 WIDTH, MARGIN = 620, (60, 90)  # width of the text of pages, and the room around it, in pixels
+TITLE_BAR = 40  # height of a window's title bar, in pixels
 
 SENTENCES = {
     "Other light": (
@@ -85,7 +86,8 @@ def open_page(
     fill(QVBoxLayout(dialog), *parts, margins=(9, 9, 9, 9), spacing=6)
     page.document().setTextWidth(WIDTH)
     height = round(page.document().size().height()) + MARGIN[1]
-    dialog.resize(WIDTH + MARGIN[0], min(height, parent.window().height()))
+    # With a title bar it is no higher than the window.
+    dialog.resize(WIDTH + MARGIN[0], min(height, parent.window().height() - TITLE_BAR))
     dialog.open()
     return page, dialog
 

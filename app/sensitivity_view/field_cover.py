@@ -267,7 +267,7 @@ class FieldCover(QObject):
         else:
             self._caption = self._described(answer)
             title = f"What an edit at {values} changes"
-            meaning, source = f"change {RISES}, {answer.source}", answer.source
+            meaning, source = f"change {RISES}, {_light(answer)}", _light(answer)
         band = self._asked.band
         if band is not None and band.kept:
             self._caption += "; Escape returns to the image"
@@ -284,10 +284,15 @@ class FieldCover(QObject):
 
     def _described(self, answer: Answer[Any]) -> str:
         how = "brighter" if self._asked.choices.measure == "signed" else "changed"
-        text = f"{short(self.scale)} {how} {RISES}, {answer.source}"
+        text = f"{short(self.scale)} {how} {RISES}, {_light(answer)}"
         if answer.source == "learned" and self._asker.hint:
             text += ", outside what it was trained on"
         return text
+
+
+def _light(answer: Answer[Any]) -> str:
+    """Name the engine, or the light of which a field is instead of path-traced light."""
+    return "computed in soft light" if answer.source == "other light" else answer.source
 
 
 def _are_alike(field: tuple[int, ...], image: tuple[int, ...]) -> bool:

@@ -24,13 +24,14 @@ Click a face of the cube | look from there; drag it to turn
 Drag a round handle of the crop box (K) | move that plane
 Shift+K | cut by a plane that faces the viewer; drag its arrow to turn it
 O | orthographic view, or perspective
-Click, then I or X | isolate what is connected there, or cut it away
+Click, then I or X | isolate what is connected there, or cut it away: a mask
 M, then two clicks or a drag, also in a slice | measure their distance; Escape removes it
 C, D | two images or one; their difference
 Shift+O | show or hide the opacity images
 Drag the ball in the top bar, or Ctrl, Shift and drag | move the light
 # A and B (A)
-Click an image; Shift+A | edit its TF; that of the other one
+Click an image | edit its TF
+Shift+A | edit the other image's TF
 Ctrl+Shift+B | swap A and B
 Ctrl+Shift+W | both in one image; drag the line between them
 # Slices (S)

@@ -260,7 +260,7 @@ class Sessions(QObject):
             said.append(f"{names} could not be read from the session.")
         back = []
         if self._is_before_kept and self._before_path is not None:
-            said.append("Go back shows the volume as it was before you opened the session.")
+            said.append("The volume as it was before is kept.")
             back.append(Action("Go back", partial(self.open, self._before_path)))
         if said[1:]:
             self._context.notices.add(" ".join(said), *back)

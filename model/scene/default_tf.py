@@ -32,6 +32,7 @@ SURROUNDS, MOST_RIM = 1.05, 0.9
 """The rim's peak is background if its share of the rim is this many times its share of the volume,
 or at least this large. Otherwise the object itself reaches the rim."""
 
+MANY = 0.02  # share of the voxels above the window from which it ends with the range, as for bone
 RIM_FLANK = 0.2  # height at which the rim's peak ends, as a fraction of the peak's height
 
 DISTINCT = 3.0
@@ -103,16 +104,18 @@ def _rim(volume: ThinnedVolume) -> NDArray[np.int64]:
 def _window_beyond_rim(volume: Volume, thinned: ThinnedVolume) -> Range:
     """Return the scalar window without the peak of most of the rim, if any."""
     window_lo, window_hi = default_scalar_window(volume)
+    everywhere = thinned.levels[thinned.levels < LEVELS].astype(np.int64) * TF_SAMPLES // LEVELS
+    lo, hi = volume.scalar_range
+    if np.mean(lo + everywhere * (hi - lo) / TF_SAMPLES >= window_hi) > MANY:
+        window_hi = hi
     bins = np.bincount(_rim(thinned) * TF_SAMPLES // LEVELS, minlength=TF_SAMPLES)
     counts = np.convolve(bins, np.ones(5), mode="same")
     peak = int(counts.argmax())
     flanks = counts < RIM_FLANK * counts[peak]
     start = peak - int(np.argmax(np.append(flanks[peak::-1], True)))
     end = peak + int(np.argmax(np.append(flanks[peak:], True)))
-    lo, hi = volume.scalar_range
     low, high = (lo + place * (hi - lo) / TF_SAMPLES for place in (start + 1, end))
     share = bins[start + 1 : end].sum() / max(bins.sum(), 1)
-    everywhere = thinned.levels[thinned.levels < LEVELS].astype(np.int64) * TF_SAMPLES // LEVELS
     inside = np.mean((everywhere > start) & (everywhere < end))
     if high <= window_lo or share < 0.5 or share < min(SURROUNDS * inside, MOST_RIM):
         return window_lo, window_hi

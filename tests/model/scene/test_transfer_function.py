@@ -267,6 +267,14 @@ def test_the_default_follows_the_units_of_the_data(limits):
     assert places == pytest.approx(unit, abs=0.01)
 
 
+def test_what_has_the_highest_values_is_shown_where_it_is_large():
+    random = np.random.default_rng(0)
+    values = random.uniform(0, 200, (48, 48, 48))
+    values[..., :5] = random.uniform(200, 255, (48, 48, 5))
+    opacity = default_transfer_function(Volume(values)).opacity
+    assert opacity(245.0) > opacity.modes[-1].amplitude / 4
+
+
 def test_smoke_stays_translucent_and_a_body_of_the_same_size_does_not():
     radius = np.linalg.norm(np.indices((48, 48, 48)) - 23.5, axis=0)
     puff = np.exp(-((radius / 8) ** 2))
