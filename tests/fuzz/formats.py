@@ -13,7 +13,6 @@ import test_labels
 import test_nifti
 import tifffile
 import volume_writers as writers
-import xarray
 from volume_writers import dataset, item, save_dicom, scaled
 
 from app.state.preferences import Preferences
@@ -89,10 +88,7 @@ def _hdf5(folder):
 
 def _cf(folder, form):
     """Write a packed variable with coordinates, as xarray does."""
-    axes = {"lev": 2.5 * np.arange(9), "lat": 2.5 * np.arange(10), "lon": 2.5 * np.arange(11)}
-    data = xarray.Dataset({"t": (tuple(axes), VOXELS / 2.0, {"units": "K"})}, axes)
-    data.lev.attrs |= {"units": "hPa", "positive": "down"}
-    packing = {"t": {"dtype": "i2", "scale_factor": 0.5, "_FillValue": -1}}
+    data, packing, *_ = test_containers.CLIMATE["packed"]
     path = folder / ("cf.zarr" if form == "zarr" else f"{form}.nc")
     if form == "zarr":
         data.to_zarr(path, encoding=packing, zarr_format=2, consolidated=False)

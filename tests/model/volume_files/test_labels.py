@@ -6,9 +6,8 @@ from pathlib import Path
 import nibabel
 import numpy as np
 import pytest
-import zarr
 from volume_writers import voxels as random_voxels
-from volume_writers import write_itk
+from volume_writers import write_itk, write_nrrd, write_ome_zarr
 
 from model.scene.distribution import Distribution
 from model.scene.labels import label_range, looks_like_labels
@@ -54,28 +53,23 @@ def snap(folder):
 
 
 def slicer(folder):
-    head = "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 5 4 8\nencoding: gzip\n"
+    fields = ["encoding: gzip"]
     for k, n in enumerate(NAMED):
         color = " ".join(map(str, n.color))
-        head += f"Segment{k}_Name:={n.name}\nSegment{k}_Color:={color}\n"
-        head += f"Segment{k}_LabelValue:={n.value}\n"
-    path = folder / "organs.seg.nrrd"
-    path.write_bytes(head.encode() + b"\n" + gzip.compress(voxels().tobytes()))
-    return path
+        said = {"Name": n.name, "Color": color, "LabelValue": n.value}
+        fields += [f"Segment{k}_{key}:={value}" for key, value in said.items()]
+    data = gzip.compress(voxels().tobytes())
+    return write_nrrd(folder / "organs.seg.nrrd", voxels(), *fields, kind="uint8", data=data)
 
 
 def ome(folder):
-    group = zarr.open_group(str(folder / "ome.zarr"), mode="w", zarr_format=2)
-    axes = [{"name": name, "type": "space"} for name in "zyx"]
-    group.attrs["multiscales"] = [{"version": "0.4", "axes": axes, "datasets": [{"path": "0"}]}]
-    group.attrs["image-label"] = {
+    said = {
         "colors": [
             {"label-value": n.value, "rgba": [255 * c for c in n.color] + [255]} for n in NAMED
         ],
         "properties": [{"label-value": n.value, "name": n.name} for n in NAMED],
     }
-    group.create_array("0", shape=(8, 4, 5), dtype="uint8")[:] = voxels()
-    return folder / "ome.zarr"
+    return write_ome_zarr(folder / "ome.zarr", {"0": voxels()}, **{"image-label": said})
 
 
 @pytest.mark.parametrize("write", [workbench, snap, slicer, ome])

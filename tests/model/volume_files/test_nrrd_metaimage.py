@@ -226,13 +226,7 @@ def test_negative_spacing_of_a_metaimage_is_as_in_itk(tmp_path):
     check(read_volume(path), expected, "mirrors", origin=last, spacing_unit="um")
 
 
-def test_a_mirrored_metaimage_and_a_sheared_one(tmp_path):
-    image = sitk.GetImageFromArray(ARRAY)
-    image.SetDirection((1, 0, 0, 0, 1, 0, 0, 0, -1))
-    sitk.WriteImage(image, str(tmp_path / "flip.mha"))
-    # Where ITK has the last slice.
-    last = image.TransformIndexToPhysicalPoint((0, 0, LAST))
-    check(read_volume(tmp_path / "flip.mha"), ARRAY[::-1], "left-handed", origin=last, up="+z")
+def test_a_sheared_metaimage(tmp_path):
     fields = ["ElementSpacing = 1 1 2", "TransformMatrix = 1 0 0 0 1 0 0 .6 .8"]
     volume = read_volume(write_metaimage(tmp_path / "shear.mha", ARRAY, *fields))
     assert "sheared back" in " ".join(volume.notes) and volume.missing is not None

@@ -89,19 +89,6 @@ def test_files_of_other_programs(file, spacing, unit, said):
     assert ("no voxel spacing" in " ".join(volume.notes)) == ("no voxel spacing" in said)
 
 
-@pytest.mark.parametrize("channel", [None, "0", "1"])
-@pytest.mark.parametrize("file", ["imagej_2channels.tif", "ome_xyczt.ome.tif"])
-def test_a_channel_of_two(file, channel):
-    path = CASES / "tiff" / file
-    volume = read_volume(path, choice=Choice(channel=channel))
-    check(volume, whole(path)[:, int(channel or 0)])
-    assert [(c.kind, c.dimensions, c.is_read) for c in volume.file.contents] == [
-        ("channel", (28, 20, 12), channel != "1"),
-        ("channel", (28, 20, 12), channel == "1"),
-    ]
-    assert "Of 2 channels" in said(volume)
-
-
 STORAGE = {
     "contiguous": {},
     "zlib": {"compression": "zlib"},
