@@ -184,7 +184,7 @@ class BandLayer:
         else:
             width = self._asked.choices.width
             share = self._visible.share_of(band.values, self._state.scalar_range, width)
-            text += "" if share is None else f" · {_percent(share)} of what is visible"
+            text += "" if share is None else f": {_percent(share)} of what is visible"
         color = theme.CHANGE if asks_edit else theme.VISIBLE
         self.tag.show_band(text, color, band.kept and not self._asked.dragging)
         plot, width = self._area.rect, self.tag.width()

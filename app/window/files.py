@@ -106,7 +106,7 @@ class Files(QObject):
         """
         self._model_awaited = model
         layout = None
-        if _is_raw(path):
+        if path.suffix.lower() == RAW_SUFFIX and path.is_file():
             layout = self._known_layout(path) or self._ask_for_layout(path)
             if layout is None:
                 return
@@ -339,7 +339,3 @@ class Files(QObject):
             return dialog.choice() if dialog.exec() else None
         finally:
             dialog.deleteLater()
-
-
-def _is_raw(path: Path) -> bool:
-    return path.suffix.lower() == RAW_SUFFIX and path.is_file()

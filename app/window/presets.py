@@ -44,7 +44,8 @@ class Presets(QObject):
         """Ask for a name, and save the present TF as a preset."""
         window = self._context.window
         text, is_given = QInputDialog.getText(window, "Save as preset", "Name of the preset")
-        name, folder = preset_name(text), self._folder
+        # A valid file name; empty if nothing is left of it.
+        name, folder = re.sub(r"[^\w .+=()-]+", "_", text).strip(" ._")[:60], self._folder
         if not is_given or not name or folder is None:
             return
         own, buttons = own_presets(folder).keys(), QMessageBox.StandardButton
@@ -99,11 +100,6 @@ def own_presets(folder: Path | None) -> dict[str, TransferFunction]:
         except TransferFunctionError:
             continue
     return found
-
-
-def preset_name(text: str) -> str:
-    """Return a valid file name; empty if nothing is left of it."""
-    return re.sub(r"[^\w .+=()-]+", "_", text).strip(" ._")[:60]
 
 
 def save_own_preset(folder: Path, name: str, tf: TransferFunction) -> None:

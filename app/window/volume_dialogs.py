@@ -263,6 +263,7 @@ class PropertiesDialog(QDialog):
         area.setFrameShape(QScrollArea.Shape.NoFrame)
         area.setWidget(content)
         fill(QVBoxLayout(self), area, close_box(self), margins=MARGINS, spacing=6)
+        self.apply.setDefault(True)
         self.resize(560, 460)
 
     def _check(self) -> None:

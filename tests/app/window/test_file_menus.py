@@ -6,6 +6,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from fake_models import make_model
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QFileDialog, QMessageBox
 from ramp import make_tf, make_volume
 from rested_window import act_until, notice_buttons, open_volume, settle
@@ -144,7 +146,7 @@ def test_spacing_and_stretch_are_typed_and_kept_with_the_file(qtbot, make_window
         assert dialog.apply.isEnabled() == is_good
         assert (dialog.problem.text() == "") == is_good
     with opened():
-        dialog.apply.click()
+        QTest.keyClick(dialog.spacing, Qt.Key.Key_Return)
     volume = window.workspace.opened.volume
     assert (volume.spacing, volume.file.spacing_unit) == ((0.5, 0.5, 2.0), "um")
     assert "was typed" in volume.notes[-1]
