@@ -250,11 +250,12 @@ class ImageError(QObject):
         if canvas.cover is not None:
             return
         whole, text = canvas.picture_rect, f"{' to '.join(compared.ends)}: {compared.title}"
-        place = whole if compared.is_of_b else rect
+        picture = _picture(compared, pane.background)
+        place = rect if picture.width() == picture.height() else whole
         if wiped is not None:
             # On B's side of the line.
             painter.setClipRect(canvas.rect().adjusted(wiped[1] + 1, 0, 0, 0))
-        painter.drawImage(place, _picture(compared, pane.background))
+        painter.drawImage(place, picture)
         self._overlays.paint_line(pane, painter)
         painter.setClipping(False)
         paint_bar(painter, whole & canvas.rect(), compared.bar(pane.background), text)

@@ -70,8 +70,6 @@ class PaneLayout(QSplitter):
         if (compares, wipes) != (self.compares, self._wipes):
             self.compares, self._wipes = compares, wipes
             self._update()
-            if not self.is_browsing:
-                self.setSizes([1000 * (not each.isHidden()) for each in self._in_order()])
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Keep the latent browser's squares as high as the images."""
@@ -97,13 +95,16 @@ class PaneLayout(QSplitter):
         alone = self.shown == "generator" and self.can_compare
         generator = alone or (both and self.can_compare)
         focus = QApplication.focusWidget()
-        parts = *self.images, self._browser
+        before = self.images
+        parts = *before, self._browser
         had = [part for part in parts if focus is not None and part.isAncestorOf(focus)]
         self._browser.setVisible(self.is_browsing)
         self._generator.setVisible(generator)
         self._reference.setVisible(not alone)
         self._pane_b.setVisible(self.compares and not self._wipes)
         self._fit_browser()
+        if self.images != before and not self.is_browsing:
+            self.setSizes([1000 * (not each.isHidden()) for each in self._in_order()])
         if had and had[0].isHidden():
             # Otherwise a number box would get the hidden image's keys.
             self.images[0].canvas.setFocus()

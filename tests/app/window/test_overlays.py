@@ -107,6 +107,14 @@ def test_the_error_is_that_of_the_square_of_the_same_inputs_and_shows_where_it_i
     window.overlays.subject = replace(window.overlays.subject, line=((0.0,) * 3, (1.0,) * 3))
     assert canvas.grab().toImage() != before
     window.overlays.subject = replace(window.overlays.subject, line=())
+    # Over a wide image, it is as wide: its left eighth lies outside of the square.
+    wide = np.full((16, 32, 4), 0.5, np.float32)
+    canvas.show_image(to_qimage(wide))
+    window.generator.imageShown.emit(inputs, wide)
+    window.reference.imageShown.emit(inputs, np.where(np.arange(32) < 4, 0.3, 0.5)[:, None] * wide)
+    assert color(0.06, 0.25) == color(0.75, 0.25)
+    canvas.show_image(to_qimage(drawn))
+    window.generator.imageShown.emit(inputs, drawn)
     window.image_error.is_wanted = not window.image_error.is_wanted
     assert color(0.25, 0.25) == plain
     drawn = np.full((16, 16, 4), 0.5, np.float32)
