@@ -139,9 +139,12 @@ class ImageCanvas(KeyedWidget):
 
         An image from before the canvas became narrower reaches beyond it, and moves nothing.
         """
-        if self.image is None or self.image.isNull():
+        return self._place_of(self.image)
+
+    def _place_of(self, image: QImage | None) -> QRect:
+        if image is None or image.isNull():
             return self.rect()
-        size, side = self.image.size(), min(self.width(), self.height())
+        size, side = image.size(), min(self.width(), self.height())
         return _centred(size * (side / min(size.width(), size.height())), self.rect())
 
     @property
@@ -230,12 +233,13 @@ class ImageCanvas(KeyedWidget):
         self._paint_ring(painter)
 
     def _paint_picture(self, painter: QPainter, of: ImageCanvas) -> None:
-        """Paint a canvas's cover or image at the place of this one's image."""
+        """Paint a canvas's cover or image here; its image may have other proportions, as before."""
+        place = self._place_of(of.image)
         if of.cover is not None:
             is_square = of.cover.width() == of.cover.height()
-            painter.drawImage(self.image_rect if is_square else self.picture_rect, of.cover)
+            painter.drawImage(self.image_rect if is_square else place, of.cover)
         elif of.image is not None:
-            painter.drawImage(self.picture_rect, of.image)
+            painter.drawImage(place, of.image)
 
     def _paint_wiped(self, painter: QPainter, other: ImageCanvas, at: int) -> None:
         """Paint another canvas's picture to the right of a line."""

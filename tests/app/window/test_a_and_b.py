@@ -335,6 +335,12 @@ def test_in_one_image_the_line_divides_a_from_b(qtbot, window):
     # A figure begins with it.
     assert window.saving.first_choice().which == "wiped"
     assert window.saving.sizes()["wiped"] == a.pixels
+    # B's image from before, which was narrower, is as high as A's, not as wide.
+    canvas_b, narrow = window.pane_b.canvas, QPoint(a.width() - 20, a.height() // 2 + 60)
+    whole, canvas_b.image = canvas_b.image, canvas_b.image.copy(0, 0, 20, canvas_b.image.height())
+    assert a.grab().toImage().pixelColor(narrow).name() == "#000000"
+    canvas_b.image = whole
+    assert a.grab().toImage().pixelColor(narrow).name() != "#000000"
     for target in (0.2, 0.7):
         QTest.mousePress(line, LEFT, pos=line.rect().center())
         QTest.mouseMove(line, line.mapFrom(a, QPoint(round(target * a.width()), 50)))
