@@ -401,6 +401,8 @@ class SlicesColumn(QWidget):
             add_action(menu, f"{name}\t{_window_text(window)}", partial(self._choose_gray, window))
             for name, window in CT_WINDOWS.items()
         ]
+        for action in self._ct:
+            action.setCheckable(True)
         self.value, self.where = ElidedLabel(), ElidedLabel()
         self.where.setProperty("role", "dim")
         foot = fill(QHBoxLayout(), self.button, margins=(4, 2, 6, 2), spacing=6)
@@ -441,8 +443,10 @@ class SlicesColumn(QWidget):
         self.button.title = COLORS[self._state.colors][0]
         volume = self._state.volume
         is_ct = volume.scale == "linear" and looks_like_hu(volume.data_range, volume.units)
-        for action in self._ct:
+        for action, window in zip(self._ct, CT_WINDOWS.values(), strict=True):
             action.setVisible(is_ct)
+            action.setChecked(window == self._state.window and self._state.colors != "colors")
+        self.button.setToolTip(_window_text(self._state.window))
         self._say(self._under)
 
     def _choose_gray(self, window: Range | None = None) -> None:

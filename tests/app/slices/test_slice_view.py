@@ -215,6 +215,8 @@ def test_zoom_pan_and_window_of_gray_by_the_mouse(qtbot, window):
     lung.trigger()
     assert (state(window).window, state(window).colors) == ((-1350, 150), "gray")
     assert readout(window).endswith("window 1500  level -600")
+    assert window.slices.column.button.toolTip() == "window 1500  level -600"
+    assert [each.isChecked() for each in ct] == [True, False, False, False]
 
 
 def test_the_ruler_measures_in_a_slice_and_its_line_is_in_that_slice_alone(qtbot, window):
