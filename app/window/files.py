@@ -314,7 +314,7 @@ class Files(QObject):
         if volume is None:
             text += " Open that volume to see the model's images."
         else:
-            actions.insert(0, Action("Open it", partial(self.open_volume, volume)))
+            actions.insert(0, Action("Open both", partial(self.open_model, folder, volume)))
         self._notices.add(text, *actions, key=VOLUME_OFFER)
 
     def _is_open(self, scene: Scene) -> bool:

@@ -77,7 +77,7 @@ def test_a_model_offers_its_volume_and_comes_back_with_it(qtbot, window, builder
     window.files.open_model(folder)
     assert "'other'" in window.notice.text
     with qtbot.waitSignal(window.workspace.volumeStarted):
-        notice_buttons(window)["Open it"].click()
+        notice_buttons(window)["Open both"].click()
     assert window.workspace.model.folder == folder and not window.state.tf_input.compares
     window.state.tf_input.compare(True)
     window.files.open_model(folder)

@@ -96,6 +96,7 @@ def test_without_a_model_the_reference_has_the_window_and_is_lit(qtbot, make_win
         qtbot.waitUntil(
             lambda on=on_map: window.state.is_at_home and (window.state.view != view) == on
         )
+    settle(qtbot, window)
     pixels = builders.references[-1].requests[-1].quality.pixels
     assert (pixels.width, pixels.height) == window.reference.canvas.pixels
     work.choose(reference_size=256)
