@@ -47,7 +47,6 @@ COLORS: dict[slices.SliceColors, tuple[str, str]] = {
     "colors": ("TF", "The TF's colours"),
     "overlay": ("Overlay", "The TF's colours over grey, as opaque as in the TF"),
 }
-LEAST_DIGITS = 4  # of a coordinate
 
 CT_WINDOWS: dict[str, Range] = {
     "&Lung": (-1350, 150), "&Bone": (-500, 1300), "&Soft tissue": (-160, 240), "B&rain": (0, 80),
@@ -401,8 +400,6 @@ class SlicesColumn(QWidget):
             add_action(menu, f"{name}\t{_window_text(window)}", partial(self._choose_gray, window))
             for name, window in CT_WINDOWS.items()
         ]
-        for action in self._ct:
-            action.setCheckable(True)
         self.value, self.where = ElidedLabel(), ElidedLabel()
         self.where.setProperty("role", "dim")
         foot = fill(QHBoxLayout(), self.button, margins=(4, 2, 6, 2), spacing=6)
@@ -445,6 +442,7 @@ class SlicesColumn(QWidget):
         is_ct = volume.scale == "linear" and looks_like_hu(volume.data_range, volume.units)
         for action, window in zip(self._ct, CT_WINDOWS.values(), strict=True):
             action.setVisible(is_ct)
+            action.setCheckable(True)
             action.setChecked(window == self._state.window and self._state.colors != "colors")
         self.button.setToolTip(_window_text(self._state.window))
         self._say(self._under)
@@ -497,6 +495,6 @@ def _crop_rectangle() -> Any:
 
 
 def _written(coordinate: float, step: float) -> str:
-    """Write a coordinate with enough digits to tell neighbouring voxels apart."""
+    """Write a coordinate with four digits, or enough to tell neighbouring voxels apart."""
     digits = 2 + int(math.log10(max(abs(coordinate) / step, 1)))
-    return significant(coordinate, max(LEAST_DIGITS, digits))
+    return significant(coordinate, max(4, digits))
