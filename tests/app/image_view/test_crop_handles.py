@@ -10,13 +10,12 @@ from PySide6.QtTest import QTest
 from app.image_view.crop_handles import MOVES, TURNS, CropHandles
 from app.image_view.gestures import ViewGestures
 from app.image_view.image_canvas import ImageCanvas, to_qimage
-from app.image_view.orientation_cube import SIZE, OrientationCube
+from app.image_view.orientation_cube import OrientationCube
 from model.rendering.raster import Raster
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.scene.clip_plane import ClipPlane
 from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs
-from model.scene.orientation import STANDARD_VIEWS
 from model.scene.transfer_function import ColorTF, OpacityTF
 from model.scene.view import View, axis_direction
 from model.scene.volume import Volume
@@ -216,14 +215,6 @@ def cube(state, canvas):
     cube = OrientationCube(state, canvas)
     cube.show()
     return cube
-
-
-@pytest.mark.parametrize("name", STANDARD_VIEWS)
-def test_a_standard_view_shows_its_face_in_the_middle(state, cube, name):
-    state.look_from(name)
-    assert list(cube.visible_faces) == [name]
-    middle = cube.visible_faces[name]
-    assert (middle.x(), middle.y()) == pytest.approx((SIZE / 2, SIZE / 2))
 
 
 def test_a_click_on_a_face_looks_from_there(state, cube):

@@ -27,7 +27,7 @@ from app.image_view.reference_controls import light_at
 from app.state.view_navigation import HOME_VIEW
 from model.scene.orientation import angles_in, view_in
 from model.scene.scene import LightDirection, LightRange
-from model.scene.view import AXES, VIEW_ANGLE, View, axis_direction
+from model.scene.view import AXES, VIEW_ANGLE, Projection, View, axis_direction
 
 
 def test_dragging_orbits_live_and_finishes_on_release(qtbot, state, canvas):
@@ -193,25 +193,17 @@ def test_tumbling_turns_about_the_images_own_axes(view, dx, dy):
     assert after.pan_x == 0.5
 
 
-def place_of(view, point):
-    """Place in the image, in halves of its height, of a point given in radii."""
-    right, up, back = view.basis() @ point
-    depth = view.camera_distance(1.0) - back
-    tangent = math.tan(math.radians(VIEW_ANGLE / 2))
-    return np.array([right, up]) / depth / tangent + [view.pan_x, view.pan_y]
-
-
 @given(views, st.floats(-5, 5), st.floats(-1, 1), st.floats(-1, 1))
 def test_what_lies_under_the_cursor_stays_there(view, notches, x, y):
     view = replace(view, pan_x=0.3, pan_y=-0.4, distance=0.7)
     right, up, _ = view.basis()
-    # The point of the plane through the centre that is seen at (x, y).
+    # The point of the plane through the centre that is seen at (x, y), in radii of a cube.
     scale = view.camera_distance(1.0) * math.tan(math.radians(VIEW_ANGLE / 2))
     point = scale * ((x - view.pan_x) * right + (y - view.pan_y) * up)
-    np.testing.assert_allclose(place_of(view, point), [x, y], atol=1e-9)
-    np.testing.assert_allclose(
-        place_of(gestures.zoom(view, notches, (x, y)), point), [x, y], atol=1e-9
-    )
+    proportions = np.full(3, 3**-0.5)
+    for seen in (view, gestures.zoom(view, notches, (x, y))):
+        places = Projection(seen, proportions).places(0.5 + point[None] / 2 / proportions)
+        np.testing.assert_allclose(places, [[x, y]], atol=1e-9)
 
 
 @pytest.fixture

@@ -48,19 +48,9 @@ class Client(QObject):
         channel.deliver(Result(request, Image(rgba, 0.1, is_last=is_last)))
 
 
-@pytest.fixture
-def generator():
-    return Client()
-
-
-@pytest.fixture
-def reference():
-    return Client()
-
-
-@pytest.fixture
-def analyst():
-    return Client()
+generator, reference, analyst = (
+    pytest.fixture(lambda: Client(), name=name) for name in ("generator", "reference", "analyst")
+)
 
 
 @pytest.fixture

@@ -9,7 +9,6 @@ from mouse_events import wheel
 from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtTest import QTest
 
-from app.number_box import MINUS
 from app.tf_editor.histogram import without_comb
 from app.tf_editor.unit_axis import OpacityScale, ScalarAxis, ticks
 from app.theme import DARK, LIGHT, apply_theme
@@ -206,10 +205,6 @@ def test_opacities_come_back_from_their_heights(logarithmic):
 def test_on_a_logarithmic_scale_the_ends_say_what_they_are_logarithms_of():
     marks = ScalarAxis.over((-3.0, 2.0), labels="log").marks("K")
     assert marks[0] == (0.0, ".001") and marks[-1] == (1.0, "100 K")
-    for place, text in marks[1:-1]:
-        assert 10.0 ** (-3.0 + 5.0 * place) == pytest.approx(
-            float(text.replace(MINUS, "-")), rel=1e-3
-        )
 
 
 SHAPE = 1000 * np.exp(-(((np.arange(256) - 120) / 50) ** 2)) + 20

@@ -106,26 +106,6 @@ def test_the_users_own_presets_are_kept_replaced_and_removed(make_window, tmp_pa
 WIDE = (0.0, 65535.0)
 
 
-def shells():
-    """Shells of values over all 16 bits, most of the voxels about 30,000, as in a specimen."""
-    z, y, x = np.mgrid[0:14, 0:15, 0:16]
-    distance = np.sqrt((x - 8) ** 2 + (y - 7) ** 2 + (z - 7) ** 2)
-    values = np.rint(30_000 + 40 * np.sin(distance))
-    values[distance < 2] = 65_535
-    values[distance > 6] = 0
-    return Volume(values.astype(np.float32), name="shells")
-
-
-def colors(scalar_range):
-    lo, hi = scalar_range
-    return ColorTF(scalar_range, ((lo, 0.1, 0.3, 0.9), ((lo + hi) / 2, 1, 1, 0), (hi, 1, 0, 0)))
-
-
-BAND = ((29_977.0, 0.0), (30_000.0, 0.9), (30_023.0, 0.0))
-MODE = OpacityTF(WIDE, (GaussianMode(30_000.0, 10.0, 0.8),))
-CURVE = OpacityTF(WIDE, points=((0.0, 0.0), *BAND, (65_535.0, 0.0)))
-
-
 def open_over(qtbot, window, change):
     """Change the TF, and wait until the volume is shown over its range."""
     change()
@@ -136,9 +116,11 @@ def open_over(qtbot, window, change):
 def test_what_is_too_narrow_for_the_range_is_said_with_a_range_for_it(
     qtbot, make_window, builders, tmp_path
 ):
-    builders.volumes["shells"] = shells()
-    window = make_window("shells", model=None)
-    tf = TransferFunction(MODE, colors(WIDE))
+    values = np.linspace(*WIDE, 6 * 5 * 4, dtype=np.float32).reshape(6, 5, 4)
+    builders.volumes["wide"] = Volume(values, name="wide")
+    window = make_window("wide", model=None)
+    mode = OpacityTF(WIDE, (GaussianMode(30_000.0, 10.0, 0.8),))
+    tf = TransferFunction(mode, ColorTF(WIDE, ((0.0, 0.1, 0.3, 0.9), (65_535.0, 1, 0, 0))))
     tf.save(tmp_path / "tf.json")
     open_over(qtbot, window, lambda: window.files.open_transfer_function(tmp_path / "tf.json"))
     assert "finer than 1/256 of the range 0 to 65,535" in window.notice.text
@@ -156,5 +138,7 @@ def test_what_is_too_narrow_for_the_range_is_said_with_a_range_for_it(
     recolored = TransferFunction(tf.opacity, ColorTF(WIDE, ((0.0, 1, 0, 0), (65_535.0, 0, 1, 0))))
     window.state.tf_input.set(recolored, "edit")
     assert window.notice.text == ""
-    window.state.tf_input.set(TransferFunction(CURVE, tf.color), "edit")
+    band = (29_977.0, 0.0), (30_000.0, 0.9), (30_023.0, 0.0)
+    curve = OpacityTF(WIDE, points=((0.0, 0.0), *band, (65_535.0, 0.0)))
+    window.state.tf_input.set(TransferFunction(curve, tf.color), "edit")
     assert "finer" in window.notice.text

@@ -1,5 +1,3 @@
-from dataclasses import replace
-
 import imageio.v3 as iio
 import numpy as np
 import pytest
@@ -30,17 +28,6 @@ def assert_same(one, other):
     assert np.mean(np.abs(one - other) > 2 / 255) < 0.01
 
 
-def test_a_wide_picture_has_the_square_one_in_its_middle(renderer):
-    wide = renderer.render(INPUTS, Raster(2 * SIZE, SIZE))
-    assert wide.shape == (SIZE, 2 * SIZE, 4)
-    assert_same(wide[:, SIZE // 2 : -SIZE // 2], renderer.render(INPUTS, SIZE))
-    high = renderer.render(INPUTS, Raster(SIZE, 2 * SIZE))
-    assert_same(high[SIZE // 2 : -SIZE // 2], renderer.render(INPUTS, SIZE))
-    near = replace(INPUTS, view=replace(INPUTS.view, distance=0.3))
-    # Closer, the volume fills what the square leaves out.
-    assert renderer.render(near, Raster(2 * SIZE, SIZE))[:, : SIZE // 2].any()
-
-
 def test_tiles_make_up_the_whole_picture(renderer):
     raster = Raster(40, 24)
     whole = renderer.render(INPUTS, raster)
@@ -64,14 +51,6 @@ def test_white_squares_are_interpolated_along_edges(shape):
     fill_white_squares(image)
     np.testing.assert_array_equal(image[1:-1, 1:-1, 1], whole[1:-1, 1:-1, 1])
     np.testing.assert_array_equal(image[1:-1, 1:-1, 0], whole[1:-1, 1:-1, 0])
-
-
-def test_panning_moves_the_picture_as_it_is(renderer):
-    still = renderer.render(INPUTS, SIZE)
-    # A quarter of the image's height to the right, an eighth up.
-    panned = replace(INPUTS, view=replace(INPUTS.view, pan_x=0.5, pan_y=0.25))
-    moved = renderer.render(panned, SIZE)
-    assert_same(moved[: -SIZE // 8, SIZE // 4 :], still[SIZE // 8 :, : -SIZE // 4])
 
 
 def test_a_scaled_picture_keeps_its_proportions():
@@ -136,16 +115,12 @@ def test_movies_of_unknown_formats_are_refused(tmp_path):
             write_movie(tmp_path / "missing" / f"path{suffix}", frames, 25)
 
 
-class EndedError(Exception):
-    """What ends a movie."""
-
-
 @pytest.mark.parametrize("suffix", [".mp4", ".gif"])
 def test_a_movie_that_is_ended_leaves_nothing(tmp_path, suffix):
     def frames():
         yield np.zeros((16, 16, 3), np.uint8)
-        raise EndedError
+        raise KeyboardInterrupt
 
-    with pytest.raises(EndedError):
+    with pytest.raises(KeyboardInterrupt):
         write_movie(tmp_path / f"path{suffix}", frames(), 25)
     assert not [*tmp_path.iterdir()]

@@ -168,19 +168,7 @@ def test_what_is_odd_about_a_series_is_said(case, words, distance):
 
 def rle(plane):
     """One image as pydicom's encoder has it."""
-    bits = 8 * plane.itemsize
-    return RLELosslessEncoder.encode(
-        plane.astype(plane.dtype.newbyteorder("<")).tobytes(),
-        rows=plane.shape[0],
-        columns=plane.shape[1],
-        samples_per_pixel=1,
-        number_of_frames=1,
-        bits_allocated=bits,
-        bits_stored=bits,
-        pixel_representation=int(plane.dtype.kind == "i"),
-        transfer_syntax_uid="1.2.840.10008.1.2.5",
-        photometric_interpretation="MONOCHROME2",
-    )
+    return RLELosslessEncoder.encode(dataset(plane))
 
 
 LARGE = np.zeros((2000, 2000), np.uint16)

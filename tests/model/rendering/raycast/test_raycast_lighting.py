@@ -138,19 +138,6 @@ def test_the_reference_has_the_opacity_of_a_slab(opacity):
         assert image[0, 0, 3] == pytest.approx(exact, rel=1e-12)
 
 
-@pytest.mark.parametrize("lighting", ["none", "direct", "soft"])
-def test_the_references_derivative_is_the_difference_of_its_pictures(lighting):
-    scene = posed()
-    edit = np.exp(-0.5 * ((np.arange(256) - 150) / 15) ** 2)
-    opacity = scene.inputs.opacity_tf.sample().astype(np.float64)
-    given = scene.volume, scene.inputs, 12, 0.5, lighting
-    more, less = (
-        reference_light.picture(*given, opacity=opacity + step * edit) for step in (1e-6, -1e-6)
-    )
-    _, change = reference_light.derivative(*given, edit)
-    np.testing.assert_allclose(change, (more - less) / 2e-6, atol=1e-5 * abs(change).max())
-
-
 def test_what_is_homogeneous_is_half_lit_inside_and_by_its_faces_outside():
     """A headlight on an opaque slab: the face in front has all of the diffuse light and gloss."""
     scalars = np.full((9, 9, 9), 0.5, np.float32)
