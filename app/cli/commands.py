@@ -7,9 +7,10 @@ from dataclasses import dataclass
 from importlib.metadata import version
 from itertools import islice
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import typer
+from typer.core import TyperGroup
 
 from app.cli import options, path_light, values
 from app.cli.dataset import Dataset
@@ -34,9 +35,6 @@ from model.scene.view import View
 from model.volume_files import Choice
 from model.volume_files.shipped import SCAN
 from model.volume_files.source import VolumeSource
-
-if TYPE_CHECKING:
-    from typer.core import TyperGroup
 
 COMMANDS = {
     "info": Info, "render": Render, "sensitivity": Sensitivity, "latent": Latent,

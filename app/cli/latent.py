@@ -15,7 +15,7 @@ from model.errors import LatentError, RenderError, os_errors_as
 from model.files import writing
 from model.latent.codes import Codes
 from model.latent.latent_map import LatentMap
-from model.latent.latent_space import LatentSpace, draw_cells
+from model.latent.latent_space import LatentSpace, draw_cells, draw_codes
 from model.networks.card import load_card
 from model.scene.inputs import SceneInputs
 from model.scene.scene import default_scalar_window
@@ -157,7 +157,6 @@ def _drawing(
     """Return a function that draws pictures of codes, and one that releases its renderer."""
     if asked.model is not None:
         from model.generator.generator import Generator
-        from model.latent.latent_space import draw_codes
 
         generator = Generator.load(asked.model)
         return lambda codes: draw_codes(generator, space, codes, inputs, "code"), lambda: None

@@ -52,11 +52,6 @@ TIMED_SAMPLES = 40
 REPEATS = 20
 QUICK_BLOCKS = 4
 
-STUDY_PRESET = "draft"  # 64 x 64 pixels, as the paper's study of dimensions has
-
-STUDY_SETTINGS = (f"joint.learning_rate={TrainingOptions().small.learning_rate}",)
-"""At 64 pixels, the learning rate is that of a run's first stage."""
-
 STUDY_IMAGES, STUDY_COUNT = 8000, 500
 QUICK_SAMPLES = QUICK_STUDY_IMAGES = 64
 
@@ -244,8 +239,9 @@ def _make_study(asked: Paper, item: Item) -> list[Path]:
     job = TrainingJob(
         out=folder,
         volume=asked.volume,
-        preset=STUDY_PRESET,
-        settings=STUDY_SETTINGS,
+        # As the paper's study of dimensions: 64 x 64 pixels, so the rate of a run's first stage.
+        preset="draft",
+        settings=(f"joint.learning_rate={TrainingOptions().small.learning_rate}",),
         minutes=None if asked.quick else asked.minutes,
         samples=QUICK_SAMPLES if asked.quick else None,
         workers=asked.workers,

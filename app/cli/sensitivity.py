@@ -10,7 +10,10 @@ from numpy.typing import NDArray
 
 from app.cli import options
 from app.cli.options import option
+from app.cli.outputs import make_room_for
+from app.cli.values import range_text, tf_text, view_text
 from model.errors import RenderError
+from model.networks.card import load_card
 from model.networks.names import DeviceChoice
 from model.scene.clip_plane import ClipPlane
 from model.scene.crop import CropBox
@@ -22,7 +25,7 @@ from model.scene.transfer_function import TF_SAMPLES
 from model.scene.value_scale import place_of, values_at
 from model.scene.view import View
 from model.scene.volume import Volume
-from model.sensitivity.display import Measure
+from model.sensitivity.display import Measure, global_scale
 from model.sensitivity.result import Kind, SensitivityResult, save_numbers
 from model.volume_files.source import VolumeSource
 
@@ -97,9 +100,6 @@ class Sensitivity:
         """Differentiate an image and write the result, replacing an existing file."""
         from app.cli.console import warn_of
         from app.cli.drawing import choose_tf, model_folder
-        from app.cli.outputs import make_room_for
-        from model.networks.card import load_card
-        from model.sensitivity.display import global_scale
 
         self._check()
         engine = self.engine or ("exact" if self.model is None else "learned")
@@ -280,8 +280,6 @@ def _place(asked: Sensitivity, volume: Volume) -> str:
 
 
 def _caption(asked: Sensitivity, volume: Volume, answer: _Answer) -> str:
-    from app.cli.values import range_text, tf_text, view_text
-
     size, units = len(answer.image), f" {volume.units}" if volume.units else ""
     facts = [
         volume.name,

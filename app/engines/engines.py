@@ -18,7 +18,7 @@ from app.engines.drawer import Drawer
 from app.engines.pace import FIRST_SCALE, FIRST_SLOW_SCALE, Sizes
 from app.engines.renderer_engine import ReferenceEngine, RendererEngine
 from model.kernel_cache import KernelGroup
-from model.rendering.renderer import Renderer
+from model.rendering.renderer import FallbackRenderer, Renderer, open_renderer
 from model.rendering.scalars import KERNEL_TYPES, keeps_type
 from model.scene.inputs import SceneInputs
 from model.scene.scene import PATH_CURVES, PATH_FIELDS, RendererName, Scene
@@ -148,7 +148,6 @@ def _read_volume(path: Path, raw: RawLayout | None = None, choice: Choice | None
 
 def _reference_engine(volume: Volume, settings: requests.ReferenceSettings) -> requests.Engine:
     from model.rendering.raycast.renderer import RaycastRenderer
-    from model.rendering.renderer import FallbackRenderer, open_renderer
 
     name, lighting = settings.renderer, settings.lighting
     place = volume, lighting, settings.light, settings.sample_distance
@@ -182,7 +181,6 @@ def _path_tracing_engine(volume: Volume, settings: requests.ReferenceSettings) -
     from model.generator.path_light_cleaning import cleaning_of
     from model.rendering.path_tracing.refinement import RefiningRenderer
     from model.rendering.path_tracing.renderer import PathTracer
-    from model.rendering.renderer import open_renderer
 
     place = settings.light, settings.sample_distance
     cleaning, release = cleaning_of(volume, settings.light, settings.denoises)

@@ -207,12 +207,16 @@ class Page:
         plot.setAspectLocked()
         points = places.astype(np.float64).T
         plot.addItem(pg.ScatterPlotItem(*points, size=3, pen=None, brush=pg.mkBrush(*MAP_COLOR)))
-        for disc in discs:
+        for number, disc in enumerate(discs, start=1):
             x, y, radius = disc
             cross = {"size": 16, "symbol": "+", "pen": pg.mkPen(HOVER_COLOR, width=2)}
             item = _blob(disc) if radius else pg.ScatterPlotItem([x], [y], **cross)
             item.setZValue(5)
             plot.addItem(item)
+            if len(discs) > 1:
+                text = pg.TextItem(str(number), color=HOVER_COLOR, anchor=(0.5, 1.6))
+                text.setPos(x, y)
+                plot.addItem(text)
         if brush is not None:
             pen = pg.mkPen(BRUSH_COLOR, width=2)
             left, lower, right, upper = brush
@@ -220,11 +224,6 @@ class Page:
                 line = left + share * (right - left), lower + share * (upper - lower)
                 plot.plot([line[0]] * 2, [lower, upper], pen=pen)
                 plot.plot([left, right], [line[1]] * 2, pen=pen)
-        for number, (px, py, _) in enumerate(discs, start=1):
-            if len(discs) > 1:
-                text = pg.TextItem(str(number), color=HOVER_COLOR, anchor=(0.5, 1.6))
-                text.setPos(px, py)
-                plot.addItem(text)
         return plot
 
     def bar(

@@ -22,14 +22,9 @@ from app.state.edits import Brightness, Lit
 from app.state.slow_answers import PATIENCE_MS
 from model.scene.inputs import SceneInputs
 
-WITHOUT_IMAGE = (EngineState.WAITING, EngineState.LOADING, EngineState.PAUSED)
-"""States in which no image is shown."""
-
 PLACE = 8  # distance of the caption to the canvas's left and upper edge, in pixels
 CALM_S = 0.25  # between two captions while something moves: a rate that flickers cannot be read
 CUBE_ROOM = 76  # width next to the caption that is the orientation cube's, in pixels
-PREPARING = "Preparing …"
-DRAWING = "drawing …"
 OUTSIDE, HIGH = "outside training", "high for this model"
 
 MOST_PROGRESS = 0.94  # of an image that is not complete yet
@@ -152,13 +147,13 @@ class EnginePane(QWidget):
         if state is EngineState.LOADING and not self.client.text and has_image:
             # Another engine for the same volume: the last image stays until there is a new one.
             return
-        if state in WITHOUT_IMAGE:
+        if state in (EngineState.WAITING, EngineState.LOADING, EngineState.PAUSED):
             self._newest = -1
             self.rgba = None
             self.detail = ""
             self._is_finer_next = False
             self.canvas.show_image(None)
-            self.canvas.show_message(self.client.text or PREPARING)
+            self.canvas.show_message(self.client.text or "Preparing …")
         elif state is EngineState.FAILED:
             self._is_finer_next = False
             self.canvas.show_message(self.client.text, theme.ON_IMAGE.error)
@@ -263,7 +258,7 @@ class EnginePane(QWidget):
         if self.rgba is None:
             return self.note, "dim"
         if self._is_late:
-            return DRAWING, "change"
+            return "drawing …", "change"
         coming = f"{self._coming} follows" if self._coming else ""
         if self.is_alone and self.light:
             return ", ".join(filter(None, (coming, self._masked))), "dim"
@@ -315,8 +310,6 @@ SCALE_BAR = 1 / 12, 36
 """Height that a scale bar has below the inset: as a fraction of the image's shorter side, and at
 least in pixels."""
 
-TITLE = "Opacity image"
-
 
 class OpacityInset(QObject):
     """Paints how opaque each pixel is, white for opaque, unless something covers the image."""
@@ -357,4 +350,5 @@ class OpacityInset(QObject):
         painter.setPen(QPen(QColor(theme.ON_IMAGE.line), 1))
         painter.drawRect(box)
         painter.setPen(QColor(theme.ON_IMAGE.dim))
-        painter.drawText(box.adjusted(6, 4, -4, -4), Qt.AlignmentFlag.AlignTop, TITLE)
+        where = box.adjusted(6, 4, -4, -4)
+        painter.drawText(where, Qt.AlignmentFlag.AlignTop, "Opacity image")

@@ -16,6 +16,7 @@ from app.engines.background import LatestCall
 from app.state.viewer_state import ViewerState
 from model.errors import LatentError
 from model.latent.differing import most_different
+from model.latent.embedding import EmbeddingProcess, Places
 from model.latent.latent_map import Brush, LatentMap
 from model.scene.inputs import SceneInputs
 from model.scene.transfer_function import OpacityTF, Range
@@ -23,7 +24,6 @@ from model.scene.value_scale import ValueScale
 from model.scene.volume import Volume
 
 if TYPE_CHECKING:
-    from model.latent.embedding import EmbeddingProcess, Places
     from model.latent.latent_space import LatentSpace
     from model.latent.tiny_pictures import Overview
 
@@ -227,8 +227,6 @@ class LatentSession(QObject):
 
     def compute_map(self) -> None:
         """Compute the final places of the map, unless they are known."""
-        from model.latent.embedding import EmbeddingProcess
-
         if self.map is None or self.space is None or self._embedding is not None:
             return
         if self.map.is_final:

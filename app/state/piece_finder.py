@@ -18,9 +18,6 @@ from model.scene.view import NEAREST_DEPTH, Projection, View, from_middle
 from model.scene.volume import Triple, Volume
 from model.sensitivity.peaks import contributions
 
-SEEKING = "The search for what is connected to this place is still running."
-NO_PIECE = "Click in an image or a slice first, to choose the connected voxels there."
-
 
 class PieceFinder(QObject):
     """Finds the pieces at the clicked place, in a thread of its own."""
@@ -61,10 +58,12 @@ class PieceFinder(QObject):
 
     def take(self, number: int, alone: bool) -> None:
         """Show a piece alone, or cut it away: an edit that can be undone."""
-        if self.is_searching or number >= len(self.pieces):
-            self._say(SEEKING if self.is_searching else NO_PIECE)
-            return
-        self._mask_by(self.pieces[number], alone)
+        if self.is_searching:
+            self._say("The search for what is connected to this place is still running.")
+        elif number >= len(self.pieces):
+            self._say("Click in an image or a slice first, to choose the connected voxels there.")
+        else:
+            self._mask_by(self.pieces[number], alone)
 
     def take_at(self, place: Triple, alone: bool) -> None:
         """Show the piece at a place alone, or all but it, as soon as it is found."""

@@ -10,7 +10,6 @@ from app.engines.requests import ReferenceSettings
 from app.state.settings import ImageSettings, LightingChoice
 from model.scene.scene import LightDirection, Lighting, LightRange, Scene
 
-EVERYWHERE = LightRange(90.0, 90.0)  # range of the light without a model
 USUAL_DISTANCE = 0.5  # default sample distance in voxels
 
 SLOW_S: dict[Lighting, float] = {"soft": 0.1, "direct": 3.0}
@@ -52,7 +51,7 @@ class ReferenceChoices(ImageSettings):
             return None
         if scene is not None and scene.lighting == settings.lighting:
             return scene.light_range
-        return EVERYWHERE
+        return LightRange(90.0, 90.0)
 
     def _lighting(self, scene: Scene | None, slow_lights: frozenset[Lighting]) -> Lighting:
         if self.lighting != "auto":

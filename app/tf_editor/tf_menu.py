@@ -145,10 +145,6 @@ class PresetMenu(QMenu):
 
 SWATCH = QSize(30, 14)
 
-PRESETS_TIP = "Transfer functions to start from, with pictures of this volume"
-
-MORE_TIP = "Range, axis and kind of the transfer function"
-
 _LEAST_SHARE = 1e-6  # smallest range that can be typed, as a fraction of the volume's
 PERCENTILES = {".1 to 99.9 % of the voxels": (0.1, 99.9), "1 to 99 % of the voxels": (1.0, 99.0)}
 
@@ -218,10 +214,12 @@ class TransferFunctionMenu(QObject):
         super().__init__(parent)
         self._area, self._layer, self._moves = area, layer, moves
         self._state = state = moves.state
-        self.button = IconButton("more", "More", tip=MORE_TIP)
+        tip = "Range, axis and kind of the transfer function"
+        self.button = IconButton("more", "More", tip=tip)
         self.menu = QMenu(self.button)
         show_tips(self.menu)
-        self.presets_button = _menu_button("Presets", "Presets ▾", PRESETS_TIP)
+        tip = "Transfer functions to start from, with pictures of this volume"
+        self.presets_button = _menu_button("Presets", "Presets ▾", tip)
         self.presets = PresetMenu(state, area, self.presets_button)
         self.presets.chosen.connect(lambda it: self._set(it.tf, f"preset {it.name}"))
         self.colors_button = _menu_button("Colour map", "▾", "Colours of the transfer function")

@@ -51,11 +51,7 @@ KEY = "figures"  # of notices about figures
 FIGURE_FILTER = "PNG images (*.png);;JPEG images (*.jpg *.jpeg);;TIFF images (*.tif *.tiff)"
 MOVIE_FILTER = "Movies (*.mp4);;Animated images (*.gif)"
 
-CHANGED = "The {} was cancelled: volume, light or quality changed. Save it again."
-
 FIGURE_SAMPLES, PREVIEW_SAMPLES = 64, 4  # of each pixel in path-traced light, at first
-
-WITHOUT_ENGINE = EngineState.LOADING, EngineState.WAITING  # one follows, and figures wait for it
 
 STEPS = 1000  # of a figure's progress
 LEAST_PART = 0.03  # least share of a figure or movie from which its remaining time is estimated
@@ -396,8 +392,10 @@ class FigureSaving(QObject):
             self._ask_for_preview(preview[0], preview[0].choice())
         if job is None or name not in job.lacking or client.is_ready:
             return
-        if job.chosen != self._chosen or client.state not in WITHOUT_ENGINE:
-            self._fail(CHANGED.format(job.kind))
+        follows = is_started or client.state is EngineState.WAITING
+        if job.chosen != self._chosen or not follows:
+            changed = "volume, light or quality changed"
+            self._fail(f"The {job.kind} was cancelled: {changed}. Save it again.")
         elif is_started:
             # Its light may have changed.
             titles = {**job.subject.titles, name: self._panes[name].title}

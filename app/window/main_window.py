@@ -28,8 +28,6 @@ from app.window.window_parts import WindowParts
 from model.rendering.scale_bar import Scale
 from model.scene.transfer_function import OpacityTF
 
-B_OPENED = "You edit B now. Click in A to edit A again. C closes B."
-
 
 class MainWindow(WindowParts):
     """Shows the generator's image and the ground truth while the user edits view and TF."""
@@ -181,11 +179,9 @@ class MainWindow(WindowParts):
         event.accept()
 
     def _may_quit(self) -> bool:
-        unfinished, buttons = self.saving.unfinished, QMessageBox.StandardButton
-        if not unfinished:
-            return True
+        unfinished, yes = self.saving.unfinished, QMessageBox.StandardButton.Yes
         text = f"{unfinished}.\nQuit and stop it?"
-        return QMessageBox.question(self, "Quit", text) == buttons.Yes
+        return not unfinished or QMessageBox.question(self, "Quit", text) == yes
 
     def _escape(self) -> bool:
         """End the last action, or dismiss the newest notice; return False if there is none."""
@@ -241,7 +237,7 @@ class MainWindow(WindowParts):
         self.workspace.show_images(*shown)
         self.wipe.is_shown = self.panes.wipes
         self._show_focus()
-        self.memory.note_panes()
+        self.preferences.set(shown=self.panes.shown)
         self.menus.refresh()
 
     def _show_panes(self) -> None:
@@ -249,7 +245,8 @@ class MainWindow(WindowParts):
         tf_input = self.state.tf_input
         if tf_input.compares and not self.panes.compares:
             # By undo, too: what it changes is seen.
-            self.status.say(B_OPENED if tf_input.pane == "B" and not self._b_returns else "")
+            said = "You edit B now. Click in A to edit A again. C closes B."
+            self.status.say(said if tf_input.pane == "B" and not self._b_returns else "")
             # The map of TFs takes its place.
             self.latent_state.choose(shown=False)
         self.panes.show_b(tf_input.compares)

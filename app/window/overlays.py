@@ -245,9 +245,7 @@ class ImageError(QObject):
     def _paint(self, pane: EnginePane, painter: QPainter, rect: QRect) -> None:
         canvas, compared, wiped = pane.canvas, self.shown, self._reference.canvas.wiped
         over = self.pane if wiped is None else self._reference
-        if compared is None or pane is not over:
-            return
-        if canvas.cover is not None:
+        if compared is None or pane is not over or canvas.cover is not None:
             return
         whole, text = canvas.picture_rect, f"{' to '.join(compared.ends)}: {compared.title}"
         picture = _picture(compared, pane.background)

@@ -163,7 +163,13 @@ class Sessions(QObject):
             volume = Path(known)
         session = session if volume is None else replace(session, volume=volume)
         if not session.volume.exists():
-            self._ask_for_volume(path, session.volume)
+            self._context.notices.add(
+                f"{path.name} shows {session.volume}. That file is neither there nor in the "
+                f"folder of {path.name}.",
+                Action("Locate it…", partial(self._locate, path, session.volume.name)),
+                key=MISSED,
+                tone="error",
+            )
             return
         self._awaited = path, session
         memory = session.content.memory
@@ -269,15 +275,6 @@ class Sessions(QObject):
         window = self._context.window
         title = window.windowTitle().rpartition(" | ")[2]
         window.setWindowTitle(f"{session} | {title}" if session else title)
-
-    def _ask_for_volume(self, path: Path, volume: Path) -> None:
-        self._context.notices.add(
-            f"{path.name} shows {volume}. That file is neither there nor in the folder of "
-            f"{path.name}.",
-            Action("Locate it…", partial(self._locate, path, volume.name)),
-            key=MISSED,
-            tone="error",
-        )
 
     def _locate(self, path: Path, name: str) -> None:
         found = ask_for_file(self._context, f"Locate '{name}'", VOLUME_FILTER)

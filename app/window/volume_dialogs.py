@@ -72,10 +72,7 @@ class ContentsDialog(QDialog):
 
     def choice(self) -> Choice:
         """Return the selection."""
-        choice = Choice()
-        for kind in self._kinds:
-            choice = choice.but(kind, self._of(kind)[self._row(kind)].name)
-        return choice
+        return Choice(**{kind: self._of(kind)[self._row(kind)].name for kind in self._kinds})
 
     def _of(self, kind: str) -> list[Content]:
         return [content for content in self._contents if content.kind == kind]

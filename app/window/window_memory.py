@@ -76,10 +76,6 @@ class WindowMemory(QObject):
             self.panes.swap()
         self.panes.shown = values.shown
 
-    def note_panes(self) -> None:
-        """Remember which images are shown."""
-        self._preferences.set(shown=self.panes.shown)
-
     def _restore(self) -> None:
         values = self._preferences.settings
         if values.window_geometry:

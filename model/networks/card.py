@@ -33,11 +33,6 @@ def load_card(folder: Path) -> ModelCard:
     return card_of(folder, read_header(folder))
 
 
-def weights_digest(folder: Path) -> str:
-    """SHA-256 of a model's weights from its card; raises like :func:`load_card`."""
-    return str(read_header(folder).get("sha256"))
-
-
 def read_header(folder: Path) -> dict[str, Any]:
     """Read a model folder's description as plain data; raises like :func:`load_card`."""
     path = folder / MODEL_FILE

@@ -62,9 +62,7 @@ def holdout_errors(
     return _means(count, errors, on_progress)
 
 
-def nearest_errors(
-    store: SampleStore, count: int, on_progress: Callable[[int], None] = lambda done: None
-) -> Means:
+def nearest_errors(store: SampleStore, count: int, on_progress: Callable[[int], None]) -> Means:
     """Measure the training images nearest to a data set's first hold-out images."""
     return _means(
         count, lambda indices: neighbor_errors(store.read("holdout", indices), store), on_progress

@@ -94,19 +94,17 @@ class FallbackRenderer:
         self._renderer: Renderer
         if lighting == "soft":
             self.remark = "Only the ray caster draws soft light."
-            self._renderer = self._opened_ray_caster()
-            return
-        if spares_processor:
+        elif spares_processor:
             from model.rendering.opengl import software_name
 
-            software = software_name()
-            if software:
+            if software := software_name():
                 self.remark = (
                     f"VTK has no graphics card here ({software} draws on the CPU). It is much "
                     "slower than the ray caster, which draws instead. Choose VTK to see its image."
                 )
-                self._renderer = self._opened_ray_caster()
-                return
+        if self.remark:
+            self._renderer = self._opened_ray_caster()
+            return
         try:
             self._renderer = open_renderer("vtk", *self._place)
         except CannotDrawError as error:

@@ -10,7 +10,7 @@ from typing import Any
 import torch
 
 from model.errors import TrainingError
-from model.networks.card import ModelCard, weights_digest
+from model.networks.card import ModelCard, read_header
 from model.networks.checkpoint import load_model
 from model.networks.generator_network import GeneratorNetwork
 from model.networks.names import Precision, PrecisionChoice
@@ -108,7 +108,7 @@ class WarmStart:
     @classmethod
     def read(cls, folder: Path) -> WarmStart:
         """Read a model folder."""
-        return cls(weights_digest(folder), *load_model(folder))
+        return cls(str(read_header(folder).get("sha256")), *load_model(folder))
 
     def check(self, size: NetworkSize, scene: Scene) -> None:
         """Refuse a model of another network size or scene; only its images may be smaller."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, fields, replace
+from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any, Literal
 
@@ -59,10 +59,6 @@ class Choice:
             for name, value in chosen
             if value is not None
         )
-
-    def but(self, kind: ChoiceKind, name: str) -> Choice:
-        """Return a copy with another content of one kind."""
-        return replace(self, **{kind: name})
 
 
 LARGEST = Choice()  # the largest volume, or the first of several
