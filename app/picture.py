@@ -44,13 +44,12 @@ def compose(
     not enough memory.
     """
     height, width = rgba.shape[:2]
+    image = empty_picture(width, height, background)
     if background == "gradient":
-        image = empty_picture(width, height, background)
         painter = QPainter(image)
         painter.drawImage(0, 0, compose(rgba, None, brightness))
         painter.end()
         return image
-    image = empty_picture(width, height, background)
     channels = 4 if background is None else 3
     stored = np.frombuffer(image.bits(), np.uint8).reshape(height, image.bytesPerLine())
     levels = stored[:, : width * channels].reshape(height, width, channels)

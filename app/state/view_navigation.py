@@ -162,12 +162,8 @@ class ViewNavigation(QObject):
         at_home, angles = self.is_at_home, self.angles
         self.up_axis = up
         self._home = self._upright_home()
-        if at_home:
-            self.set_view(self.home)
-        else:
-            self.set_view(
-                self.turned(orientation.view_in(up, *angles, self.view, front=self.front_axis))
-            )
+        turned = orientation.view_in(up, *angles, self.view, front=self.front_axis)
+        self.set_view(self.home if at_home else self.turned(turned))
         self.navigationChanged.emit()
 
     def set_trackball(self, free: bool) -> None:
@@ -188,11 +184,8 @@ class ViewNavigation(QObject):
     ) -> None:
         """Look at another volume with these proportions, axes and shown places."""
         self._view_moving = False
-        self.proportions, self.up_axis, self.axis_labels = (
-            proportions,
-            up or DEFAULT_UP,
-            axis_labels,
-        )
+        self.proportions, self.axis_labels = proportions, axis_labels
+        self.up_axis = up or DEFAULT_UP
         self._shown, self._middle = shown, _middle_of(shown)
         self._reach, self._home_angles = reach, home_angles
         self._home = self._upright_home()

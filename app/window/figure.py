@@ -251,6 +251,8 @@ CONTENTS: dict[Which, tuple[str, tuple[str, ...]]] = {
 }
 """Contents of a figure by name: its images and difference, from left to right."""
 
+TITLES = {"generator": "Generator", "reference": "Ground truth", "b": "B"}
+
 GAP = 1 / 100  # gap between two images, relative to the figure's width
 
 Image = NDArray[np.float32]
@@ -290,7 +292,7 @@ class Subject:
     units: str = ""  # of the volume's scalars; empty if unknown
     scale: Scale | None = None  # of the scale bar
     line: tuple[Triple, ...] = ()  # one or two points that are measured, in fractions
-    titles: Mapping[str, str] = field(default_factory=dict)  # of images, by name
+    titles: Mapping[str, str] = field(default_factory=lambda: TITLES)  # of images, by name
     b: SceneInputs | None = None  # of the image of B
     wipe: float = 0.5  # share of the width that is A's where B wipes it
     view: View | None = None  # of the scale bar, a movie's first one; None for the image's own

@@ -206,11 +206,8 @@ def _trained(training: TrainingPlan, on_report: OnReport) -> dict[str, Any]:
         training.folder.mkdir(parents=True, exist_ok=True)
         write_atomically(path, json.dumps(outcome, indent=2).encode())
     begun = (training.folder / STATE_FILE).exists()
-    done = "collapsed" in outcome
-    if begun:
-        progress, _ = load_progress(training.folder)
-        done = done or progress.stage == "done"
-    if not done:
+    is_done = begun and load_progress(training.folder)[0].stage == "done"
+    if not is_done and "collapsed" not in outcome:
         try:
             train(training, begun, on_report)
         except CollapseError as error:
@@ -251,11 +248,9 @@ def study_table(study: Study, result: dict[str, Any]) -> list[list[str]]:
 def markdown(study: Study, result: dict[str, Any]) -> str:
     """Return the table in Markdown, with the study's settings above and the recipe beneath."""
     heading, *rows = study_table(study, result)
-    budget = (
-        f"{result['minutes']:g} minutes"
-        if result["minutes"] is not None
-        else f"{result['samples']:,} samples"
-    )
+    budget = f"{result['samples']:,} samples"
+    if result["minutes"] is not None:
+        budget = f"{result['minutes']:g} minutes"
     lines = [
         f"{study.title}. {result['volume']}, lighting {result['lighting']}, preset "
         f"{result['preset']} ({result['image_size']} x {result['image_size']}), "
