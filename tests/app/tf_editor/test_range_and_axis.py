@@ -205,6 +205,8 @@ def test_opacities_come_back_from_their_heights(logarithmic):
 def test_on_a_logarithmic_scale_the_ends_say_what_they_are_logarithms_of():
     marks = ScalarAxis.over((-3.0, 2.0), labels="log").marks("K")
     assert marks[0] == (0.0, ".001") and marks[-1] == (1.0, "100 K")
+    for place, text in marks[1:-1]:
+        assert 10.0 ** (5.0 * place - 3.0) == pytest.approx(float(text), rel=1e-3)
 
 
 SHAPE = 1000 * np.exp(-(((np.arange(256) - 120) / 50) ** 2)) + 20
