@@ -31,7 +31,6 @@ if TYPE_CHECKING:
 CodecChoice = Literal["shipped", "model"]
 Place = tuple[float, float]
 
-SMALL = 48  # width and height of the pictures by which the most different are chosen, in pixels
 FIRST_BRUSH: Brush = (-0.8, -0.8, 0.8, 0.8)  # most of the map, as in the paper
 
 
@@ -273,11 +272,8 @@ class LatentSession(QObject):
         by = (self._latent.choices.band,)
         if self._has_overview and by != self._chosen_by:
             assert self.overview is not None and self.wanted is not None
-            assert self._volume is not None and self.map is not None and self.space is not None
             self._chosen_by = by
-            scene = self._volume, self._state.square_inputs
-            drawn = partial(_pictures, *scene, self.space, self.map)
-            self._choosing.ask(partial(most_different, self.overview, self.wanted, drawn))
+            self._choosing.ask(partial(most_different, self.overview, self.wanted))
 
     def _take_different(self, different: NDArray[np.int64]) -> None:
         self.different = different
@@ -358,20 +354,6 @@ class LatentSession(QObject):
             self.overview, self.overview_of = overview, _seen_by(inputs)
             self._filter()
             self.overviewChanged.emit(overview)
-
-
-def _pictures(
-    volume: Volume,
-    inputs: SceneInputs,
-    space: LatentSpace,
-    map_: LatentMap,
-    numbers: NDArray[np.int64],
-) -> NDArray[np.uint8]:
-    """Draw the small pictures by which some of the map's TFs are chosen."""
-    from model.latent.tiny_pictures import overview_of
-
-    tfs = space.frame.stretched(map_.samples.tfs[numbers])
-    return overview_of(volume, inputs, tfs, SMALL).pictures
 
 
 def _open(open_space: Callable[[], LatentSpace]) -> tuple[LatentSpace, LatentMap]:

@@ -1,8 +1,7 @@
-"""The TFs whose pictures differ most."""
+"""The TFs whose tiny pictures differ most."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,26 +12,20 @@ if TYPE_CHECKING:
     from model.latent.tiny_pictures import Overview
 
 DIFFERING = 16  # number of TFs that differ most
-TYPICAL = 2000  # number of random TFs among which they are; kinds that are rarer are not shown
-CANDIDATES = 48  # number of TFs, each far from the others, that the 16 are chosen from
+TYPICAL = 1000  # number of random TFs; rarer kinds are shown only where these are alike
+CANDIDATES = 32  # number of TFs, each far from the others, that the 16 are chosen from
 
-DIFFERENT = 0.055
+DIFFERENT = 0.06
 """Root mean square difference, in [0, 1], of two coarse pictures that look different."""
 
-SAME = 1e-3  # least difference of two pictures, as a share of that
-NEARNESS = 100  # weight of the logarithm by which pairs are nearer: these count most
+NEARNESS = 10  # weight of the logarithm by which pairs are nearer; other differences are below 1
 
 
-def most_different(
-    overview: Overview,
-    wanted: NDArray[np.bool_],
-    drawn: Callable[[NDArray[np.int64]], NDArray[np.uint8]],
-) -> NDArray[np.int64]:
+def most_different(overview: Overview, wanted: NDArray[np.bool_]) -> NDArray[np.int64]:
     """Return the numbers of the wanted TFs (n,) that show the most different things.
 
     Empty ones are left out, and faint ones and solid blocks where others suffice. They are
-    :data:`DIFFERING` or fewer, row by row of a square on which like pictures are near. They are
-    chosen by larger pictures (n, pixels, 3), which are `drawn` of a few.
+    :data:`DIFFERING` or fewer, row by row of a square on which like pictures are near.
     """
     found = np.flatnonzero(wanted & overview.shows_something & ~overview.is_faint)
     if len(found) < DIFFERING:
@@ -40,9 +33,14 @@ def most_different(
     if len(found) <= DIFFERING:
         return found
     # The map's TFs are random, in no order.
-    some = found[:TYPICAL]
-    far = some[_far_apart(_coarse(overview.pictures[some]).reshape(len(some), -1))]
-    return far if len(far) <= DIFFERING else far[_spread(_coarse(drawn(far)))]
+    for some in (found[:TYPICAL], found):
+        pictures = _coarse(overview.pictures[some])
+        far = _far_apart(pictures.reshape(len(some), -1))
+        if len(far) > DIFFERING:
+            far, all_differ = _spread(pictures, far)
+            if all_differ:
+                break
+    return some[far]
 
 
 def _coarse(pictures: NDArray[np.uint8]) -> NDArray[np.float32]:
@@ -70,18 +68,20 @@ def _far_apart(places: NDArray[np.float32]) -> NDArray[np.int64]:
         chosen.append(apart.argmax())
 
 
-def _spread(pictures: NDArray[np.float32]) -> NDArray[np.int64]:
-    """Choose 16 pictures (n, pixels, 3) of which all pairs look different, as much as can be.
+def _spread(
+    pictures: NDArray[np.float32], among: NDArray[np.int64]
+) -> tuple[NDArray[np.int64], bool]:
+    """Choose 16 pictures of which all pairs look different, as much as can be.
 
-    Pairs repel each other by the inverse of their difference: the first 16 are exchanged for others
-    while that grows less. Of the difference of two pixels the square root counts: to the eye, few
-    that differ much are less than many that differ. Returns them row by row of a square.
+    The first 16 are exchanged for others while the sum of differences grows. Of the difference of
+    two pixels the square root counts: to the eye, few that differ much are less than many that
+    differ. Returns them row by row of a square, and whether all pairs look different.
     """
-    apart = np.array([np.linalg.norm(pictures - each, axis=2) for each in pictures])
-    nearness = np.sqrt(np.square(apart).mean(axis=2) / 3) / DIFFERENT
-    seen = np.maximum(np.sqrt(apart).mean(axis=2), SAME)
-    # In double precision: of rounded values, exchanges may gain in a circle.
-    values = NEARNESS * np.log(nearness.clip(SAME, 1), dtype=float) - seen.mean() / seen
+    known = pictures[among]
+    apart = np.array([np.linalg.norm(known - each, axis=2) for each in known])
+    apart[np.diag_indices(len(apart))] = 1
+    near = np.log(np.minimum(np.sqrt(np.square(apart).mean(axis=2) / 3) / DIFFERENT, 1))
+    values = np.sqrt(apart).mean(axis=2) + NEARNESS * near
     np.fill_diagonal(values, 0)
     now = np.arange(DIFFERING)
     while True:
@@ -90,8 +90,9 @@ def _spread(pictures: NDArray[np.float32]) -> NDArray[np.int64]:
         gains[now] = 0
         new, old = np.unravel_index(gains.argmax(), gains.shape)
         if gains[new, old] <= 1e-4:
-            return now[_on_a_square(pictures[now])]
+            break
         now[old] = new
+    return among[now[_on_a_square(known[now])]], not near[np.ix_(now, now)].any()
 
 
 def _on_a_square(pictures: NDArray[np.float32]) -> NDArray[np.int64]:

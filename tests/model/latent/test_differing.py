@@ -14,10 +14,6 @@ def shown(pictures):
     return Overview(zeros[:, 0], none, none, none, zeros, zeros[:, 0].astype(int), pictures)
 
 
-def different(overview, wanted):
-    return most_different(overview, wanted, lambda numbers: overview.pictures[numbers])
-
-
 def test_the_most_different_are_one_of_each_kind():
     """Of 16 kinds of pictures, of which there are few or many, one of each is chosen."""
     rng = np.random.default_rng(0)
@@ -26,36 +22,34 @@ def test_the_most_different_are_one_of_each_kind():
     kind = np.repeat(np.arange(16), np.arange(1, 17) ** 2)
     overview, count = shown(pictures), len(pictures)
     none = np.zeros(count, bool)
-    chosen = different(overview, ~none)
+    chosen = most_different(overview, ~none)
     assert sorted(kind[chosen]) == list(range(16))
     # What is empty, faint or solid is left out while others suffice.
     out = np.isin(np.arange(count), chosen)
     for flag in ("is_empty", "is_faint", "is_solid"):
-        rest = different(replace(overview, **{flag: out}), ~none)
+        rest = most_different(replace(overview, **{flag: out}), ~none)
         assert len(rest) == 16 and not set(rest) & set(chosen)
     wanted = none.copy()
     wanted[[3, 50, 90]] = True
-    assert sorted(different(overview, wanted)) == [3, 50, 90]
-    assert len(different(overview, none)) == 0
+    assert sorted(most_different(overview, wanted)) == [3, 50, 90]
+    assert len(most_different(overview, none)) == 0
     # Of pictures that are alike, there is one.
     for few in (1, 2):
         alike = np.repeat(pictures[:few], 50, axis=0)
-        assert len(different(shown(alike), np.ones(len(alike), bool))) == few
+        assert len(most_different(shown(alike), np.ones(len(alike), bool))) == few
 
 
 def test_no_exchange_makes_the_most_different_differ_more():
-    """Of 30 plain colours, by the inverse differences of larger pictures; near pairs count most."""
+    """Of 30 plain colours, by the sum of differences; those of near pairs count more."""
     colors = np.random.default_rng(0).integers(0, 256, (30, 3)).astype(np.uint8)
-    larger = np.repeat(np.tile(colors, (40, 1))[:, None], 256, axis=1)
-    tiny = shown(larger[:, :64] // 2)
-    chosen = set(most_different(tiny, np.ones(1200, bool), lambda far: larger[far]) % 30)
+    pictures = np.repeat(np.tile(colors, (40, 1))[:, None], 64, axis=1)
+    chosen = set(most_different(shown(pictures), np.ones(1200, bool)) % 30)
     apart = np.linalg.norm(colors[:, None].astype(float) - colors, axis=2) / 255
-    mean = np.sqrt(apart).mean()
 
     def total(kinds):
         pairs = np.array([apart[pair] for pair in combinations(sorted(kinds), 2)])
         nearer = np.minimum(pairs / 3**0.5 / differing.DIFFERENT, 1)
-        return np.sum(differing.NEARNESS * np.log(nearer) - mean / pairs**0.5)
+        return np.sum(pairs**0.5 + differing.NEARNESS * np.log(nearer))
 
     best = max(total(chosen - {old} | {new}) for old in chosen for new in {*range(30)} - chosen)
     assert len(chosen) == 16 and total(chosen) >= best - 1e-3
