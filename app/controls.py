@@ -76,9 +76,8 @@ GAP, WIDTH = 6, 320  # distance to the menu, and largest width of a tooltip, in 
 class _MenuTips(QObject):
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """Show the tooltip of the entry under the mouse; Qt would place it over the menu."""
-        if not (isinstance(watched, QMenu) and isinstance(event, QHelpEvent)):
-            return False
-        if event.type() != QEvent.Type.ToolTip:
+        is_tip = event.type() == QEvent.Type.ToolTip
+        if not (is_tip and isinstance(watched, QMenu) and isinstance(event, QHelpEvent)):
             return False
         action = watched.actionAt(event.pos())
         tip = "" if action is None else action.toolTip()

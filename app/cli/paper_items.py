@@ -107,11 +107,8 @@ class _Maker(ExitStack):
         return _make_study(self._asked, item)
 
     def _teaser(self, path: Path) -> None:
-        steps = self._value_steps[0]
-        window = self._subject.window
-        paper_figures.save_teaser(
-            path, *self._labels, window, self._compared, steps, self._explored
-        )
+        found = *self._labels, self._subject.window, self._compared
+        paper_figures.save_teaser(path, *found, self._value_steps[0], self._explored)
 
     def _interpolation(self, path: Path) -> None:
         candidates = QUICK_COUNT if self._asked.quick else 48

@@ -1,5 +1,6 @@
 """Compilation of a group of kernels, by one request of each kind that the window makes."""
 
+from contextlib import closing
 from typing import cast
 
 import numpy as np
@@ -41,11 +42,8 @@ def prepare(group: KernelGroup) -> None:
     from model.rendering.raycast.renderer import RaycastRenderer
 
     renderer = RaycastRenderer(volume, cast("Lighting", group.lighting))
-    engine = RendererEngine(Drawer(renderer, renderer.sample_distance))
-    try:
+    with closing(RendererEngine(Drawer(renderer, renderer.sample_distance))) as engine:
         (_draw if group.purpose == "images" else _answer)(engine, volume)
-    finally:
-        engine.close()
 
 
 def _draw(engine: RendererEngine, volume: Volume) -> None:

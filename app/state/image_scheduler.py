@@ -149,11 +149,9 @@ class ImageScheduler(QObject):
         """Request an image at rest or, while something moves, one of `live` images."""
         client, stop, inputs = channel.client, self.stop, self._inputs(channel)
         is_b = channel is self._reference.images_b
-        if client in self.hidden or (is_b and not self.compares):
-            return
-        if self._later.isActive() and not live:
-            return
-        if inputs.opacity_tf.scale != self.scale:
+        is_hidden = client in self.hidden or (is_b and not self.compares)
+        makes_way = self._later.isActive() and not live
+        if is_hidden or makes_way or inputs.opacity_tf.scale != self.scale:
             return
         newest = channel.newest
         is_moving = newest is not None and newest.quality.live

@@ -226,9 +226,8 @@ class LatentSession(QObject):
 
     def compute_map(self) -> None:
         """Compute the final places of the map, unless they are known."""
-        if self.map is None or self.space is None or self._embedding is not None:
-            return
-        if self.map.is_final:
+        is_busy = self._embedding is not None
+        if self.map is None or self.space is None or is_busy or self.map.is_final:
             return
         process = EmbeddingProcess(self.map.codes)
         self._embedding = process

@@ -377,17 +377,13 @@ class SensitivityAsker(QObject):
             return
         orders = {question: self.order(question, live) for question in questions}
         kinds = [self._kind("exact", each) for each in questions if "exact" in orders[each]]
+        size = 0 if seconds is None else self.pace.size(kinds, self.rest_size, seconds)
         for question, order in orders.items():
             for name, channel in self._channels[question].items():
                 if name not in order:
                     channel.cancel()
             for name in order:
-                if seconds is not None:
-                    quality = self.sized(
-                        name, self.pace.size(kinds, self.rest_size, seconds), live=True
-                    )
-                else:
-                    quality = self.quality(name, question)
+                quality = self.sized(name, size, True) if live else self.quality(name, question)
                 if question == "region" and len(order) == 2 and not self.asked.outline.points:
                     # If both engines answer about the whole image, both answer about the square.
                     quality = requests.Quality(quality.size)

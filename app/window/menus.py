@@ -30,13 +30,6 @@ from model.volume_files.shipped import picture_of, shipped_volumes, title_of
 
 PICTURE = 64  # side of a sample's picture, in pixels
 
-RECENT: dict[RecentKind, str] = {
-    "volumes": "&Recent volumes",
-    "models": "&Recent models",
-    "transfer_functions": "Rece&nt TFs",
-    "sessions": "Recent s&essions",
-}
-
 OVERLAYS: tuple[tuple[Overlay, str, str], ...] = (
     ("legend", "Colour l&egend", "Ctrl+L"),
     ("scale_bar", "&Scale bar", "Ctrl+Shift+L"),
@@ -235,7 +228,7 @@ class Menus:
             action = add_action(samples, title_of(path), partial(files.open_volume, path))
             action.setIcon(QIcon(str(picture_of(path))))
             action.setIconVisibleInMenu(True)
-        self._add_recent(menu, "volumes")
+        self._add_recent(menu, "volumes", "&Recent volumes")
         contents = "Other &volumes in this file…"
         has_others = self._if_opened(lambda opened: opened.volume.file.contents)
         self._add(menu, contents, files.ask_for_content, is_there=has_others)
@@ -244,7 +237,7 @@ class Menus:
         open_tf = partial(files.ask, "Open TF", TF_FILTER, files.open_transfer_function)
         self._add(menu, "Open &TF…", open_tf, "Ctrl+T")
         self._add(menu, "&Save TF…", files.save_transfer_function, keys.Save)
-        self._add_recent(menu, "transfer_functions")
+        self._add_recent(menu, "transfer_functions", "Rece&nt TFs")
         menu.addSeparator()
         self._fill_models(menu.addMenu("Mode&ls"))
         open_mask = partial(files.ask, "Open mask or labels", VOLUME_FILTER, files.open_mask)
@@ -254,7 +247,7 @@ class Menus:
         self._saving.setText("Save fi&gure…")
         menu.addAction(self._saving)
         self._add(menu, "Save sess&ion…", window.sessions.ask_and_save, "Ctrl+Alt+S")
-        self._add_recent(menu, "sessions")
+        self._add_recent(menu, "sessions", "Recent s&essions")
         menu.addSeparator()
         self._add(menu, "&Quit", window.close, "Ctrl+Q")
 
@@ -448,7 +441,7 @@ class Menus:
         open_model = partial(files.ask, "Open model", "", files.open_model)
         first = add_action(menu, "Open &model…", open_model, "Ctrl+M")
         close = add_action(menu, "&Close the model", partial(workspace.open_model, None))
-        self._add_recent(menu, "models")
+        self._add_recent(menu, "models", "&Recent models")
 
         def fill() -> None:
             for action in listed:
@@ -475,9 +468,9 @@ class Menus:
 
         menu.aboutToShow.connect(fill)
 
-    def _add_recent(self, menu: QMenu, kind: RecentKind) -> None:
+    def _add_recent(self, menu: QMenu, kind: RecentKind, text: str) -> None:
         """Add a menu of recent files, hidden without any."""
-        recent, window = menu.addMenu(RECENT[kind]), self._window
+        recent, window = menu.addMenu(text), self._window
         show_tips(recent)
 
         def fill() -> None:

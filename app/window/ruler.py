@@ -18,9 +18,6 @@ from model.scene.slices import voxel_of
 from model.scene.view import from_middle
 from model.scene.volume import Triple
 
-FIRST, SECOND = "Click two places, or drag from one to the other.", "Click the second place."
-NOTHING = "Nothing shows there; click on something that does."
-
 
 class Ruler(QObject):
     """Takes two clicks or a drag; images and slices show the line between its ends.
@@ -45,7 +42,7 @@ class Ruler(QObject):
             return
         self.is_on, self._first = True, ()
         self._context.sensitivity.set_tool(None)
-        self._context.status.say(FIRST)
+        self._context.status.say("Click two places, or drag from one to the other.")
 
     def end(self) -> bool:
         """End measuring; return False if there is nothing to end."""
@@ -103,13 +100,16 @@ class Ruler(QObject):
         else:
             found.append(cast(SliceView, widget.parent()).place_under(position))
         if not found or found[0] is None:
-            say(NOTHING)
+            say("Nothing shows there; click on something that does.")
             return
         # The first point may have been the previous volume's.
         line = (*(self._first if subject.line else ()), found[0])
         self.is_on, self._first = len(line) < 2, line[:1]
         self._show(line)
-        say(SECOND if self.is_on else f"Distance: {subject.scale.length_text(*line)}")
+        if self.is_on:
+            say("Click the second place.")
+        else:
+            say(f"Distance: {subject.scale.length_text(*line)}")
 
     def _show(self, line: tuple[Triple, ...]) -> None:
         self._overlays.subject = replace(self._overlays.subject, line=line)

@@ -35,9 +35,6 @@ from model.volume_files.raw import RawLayout
 
 SESSION_FILTER = f"Sessions (*{SUFFIX});;All files (*)"
 
-BEFORE = "before_session.tfscope"
-"""File in the user's folder: the volume's memory before the last session was opened."""
-
 NOT_HELD: dict[str, Any] = {"path": "", "models": (), "light_seconds": {}}  # of a memory
 
 KEY, MISSED = "sessions", "volume of the session"
@@ -60,7 +57,8 @@ class Sessions(QObject):
         self._preferences = context.preferences
         self._overlays, self._memory, self._wipe, self._error = overlays, memory, wipe, error
         folder = self._preferences.folder
-        self._before_path = None if folder is None else folder / BEFORE
+        # The volume's memory before the last session was opened.
+        self._before_path = None if folder is None else folder / "before_session.tfscope"
         self._awaited: tuple[Path, Session] | None = None
         self._is_before_kept = self._has_failed = False
         self._masks = LatestCall("session", self, context.status.say, self._fail, at_once=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
+from contextlib import closing
 from dataclasses import dataclass
 from functools import partial
 from statistics import median
@@ -140,14 +141,11 @@ def _cells(errors: Means) -> tuple[str, ...]:
 def _sample_seconds(subject: Subject, count: int) -> float:
     """Seconds of a rendered sample with one thread."""
     scene = subject.generator.scene
-    renderer = make_renderer(subject.volume, scene, threads=1)
-    try:
+    with closing(make_renderer(subject.volume, scene, threads=1)) as renderer:
         render_samples(renderer, scene, subject.seed, "train", range(1))
         start = time.perf_counter()
         render_samples(renderer, scene, subject.seed, "train", range(count))
         return (time.perf_counter() - start) / count
-    finally:
-        renderer.close()
 
 
 def table_2(subject: Subject, repeats: int, blocks: int = PAPER_R) -> Table:

@@ -6,6 +6,7 @@ have no modes there, and the response of the background would dominate the compa
 """
 
 from collections.abc import Callable, Sequence
+from contextlib import closing
 from dataclasses import dataclass
 
 import numpy as np
@@ -54,9 +55,9 @@ def sensitivity_agreement(
     size = scene.image_size
     inside = scene.window_samples
     whole, block = Region.whole(size), -(-size // BLOCKS)
-    renderer = RaycastRenderer(volume, scene.lighting, scene.light, scene.sample_distance)
+    place = volume, scene.lighting, scene.light, scene.sample_distance
     rows = []
-    try:
+    with closing(RaycastRenderer(*place)) as renderer:
         for done, sample in enumerate(samples, start=1):
             learned = Sensitivity(generator, sample, edit_width=0)
             pairs = (
@@ -69,6 +70,4 @@ def sensitivity_agreement(
             )
             rows.append([cosine(*pair) for pair in responses])
             on_progress(done)
-    finally:
-        renderer.close()
     return HoldoutAgreement(*np.array(rows).T)

@@ -130,11 +130,8 @@ class StreamSource:
 
     def first(self, split: Split, count: int) -> SampleBatch:
         """Render the first samples of a split; scene and seed determine them."""
-        renderer = make_renderer(self._volume, self.scene, threads=None)
-        try:
+        with closing(make_renderer(self._volume, self.scene, threads=None)) as renderer:
             return render_samples(renderer, self.scene, self.seed, split, range(count))
-        finally:
-            renderer.close()
 
     def batches(
         self, stage: int, batch_size: int, seed: int, done: int, image_size: int | None = None
