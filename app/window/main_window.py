@@ -249,6 +249,8 @@ class MainWindow(WindowParts):
             self.status.say(said if tf_input.pane == "B" and not self._b_returns else "")
             # The map of TFs takes its place.
             self.latent_state.choose(shown=False)
+        elif self.panes.compares and not tf_input.compares:
+            self.status.say("")
         self.panes.show_b(tf_input.compares)
         if not tf_input.compares:
             self.pane_b.forget()

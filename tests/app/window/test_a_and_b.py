@@ -252,6 +252,9 @@ def test_b_takes_the_place_of_the_generator(qtbot, make_window, builders):
     window.state.edits.undo()
     assert window.panes.images == [window.reference, window.pane_b]
     assert window.status.news.startswith("You edit B now")
+    window.state.tf_input.compare(False)
+    assert window.status.news == ""
+    window.state.tf_input.compare(True)
     # The map's end brings back no B of another volume.
     builders.volumes["other"] = make_volume("other")
     window.latent_state.choose(shown=True)
