@@ -229,18 +229,14 @@ def _latent_space(
 def _kernels(volume: Volume, settings: requests.ReferenceSettings) -> tuple[KernelGroup, ...]:
     is_native = keeps_type(volume, KERNEL_TYPES)
     voxels = volume.voxels.dtype.name if is_native else "float32"
-    if settings.lighting != "path":
-        return (
-            KernelGroup(voxels, settings.lighting, "images"),
-            KernelGroup(voxels, settings.lighting, "questions"),
-        )
-    return (
-        KernelGroup(voxels, "path", "images"),
-        # Path-traced pictures need it, and the analyst draws in it.
-        KernelGroup(voxels, PATH_FIELDS, "images"),
-        KernelGroup(voxels, PATH_FIELDS, "questions"),
-        KernelGroup(voxels, PATH_CURVES, "questions"),
-    )
+    is_traced = settings.lighting == "path"
+    light = PATH_FIELDS if is_traced else settings.lighting
+    own = KernelGroup(voxels, light, "images"), KernelGroup(voxels, light, "questions")
+    if not is_traced:
+        return own
+    # Path-traced pictures need those of soft light, too, and the analyst draws in it.
+    curves = KernelGroup(voxels, PATH_CURVES, "questions")
+    return KernelGroup(voxels, "path", "images"), *own, curves
 
 
 REAL_BUILDERS = Builders(

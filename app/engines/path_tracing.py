@@ -230,6 +230,8 @@ class PathAnalyst(RendererEngine):
     small pictures, which are traced if there is time.
     """
 
+    _curves: RaycastRenderer
+
     def __init__(
         self,
         volume: Volume,
@@ -270,6 +272,3 @@ class PathAnalyst(RendererEngine):
         self._curves.close()
         if self._tracer is not None:
             self._tracer.close()
-
-    def _of_curves(self) -> RaycastRenderer:
-        return self._curves

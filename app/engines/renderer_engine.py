@@ -48,6 +48,8 @@ PREVIEW_SECONDS = 1.5  # of the ray caster's image that is shown until VTK's is 
 class RendererEngine(Engine):
     """One renderer as an engine."""
 
+    _curves: RaycastRenderer | None = None  # that computes the curves of regions, if another one
+
     def __init__(self, drawer: Drawer) -> None:
         self._drawer = drawer
         self._finest: dict[str, tuple[SceneInputs, Image]] = {}  # by the channel
@@ -123,7 +125,7 @@ class RendererEngine(Engine):
         """Differentiate the image exactly."""
         from model.sensitivity.exact import region_responses
 
-        renderer, size = self._of_curves(), request.quality.pixels
+        renderer, size = self._curves or self._ray_caster(), request.quality.pixels
         with renderer.asking(watch.go_on, request.quality.live):
             return region_responses(
                 renderer, request.inputs, size, request.region, request.width, request.measure
@@ -210,10 +212,6 @@ class RendererEngine(Engine):
 
         assert isinstance(self._drawer.renderer, RaycastRenderer)
         return self._drawer.renderer
-
-    def _of_curves(self) -> RaycastRenderer:
-        """Return the renderer that computes the curves of regions."""
-        return self._ray_caster()
 
 
 class ReferenceEngine(RendererEngine):

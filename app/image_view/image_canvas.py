@@ -125,7 +125,7 @@ class ImageCanvas(KeyedWidget):
         """Square in the middle of the image, which images of all proportions share."""
         whole = self.picture_rect
         side = min(whole.width(), whole.height())
-        return _centred(QSize(side, side), whole)
+        return centred(QSize(side, side), whole)
 
     @property
     def reach(self) -> Reach:
@@ -145,7 +145,7 @@ class ImageCanvas(KeyedWidget):
         if image is None or image.isNull():
             return self.rect()
         size, side = image.size(), min(self.width(), self.height())
-        return _centred(size * (side / min(size.width(), size.height())), self.rect())
+        return centred(size * (side / min(size.width(), size.height())), self.rect())
 
     @property
     def pixels(self) -> tuple[int, int]:
@@ -275,7 +275,8 @@ class ImageCanvas(KeyedWidget):
         painter.drawText(column, flags, of.message)
 
 
-def _centred(size: QSize, whole: QRect) -> QRect:
+def centred(size: QSize, whole: QRect) -> QRect:
+    """Return a rectangle of a size in the middle of another."""
     rect = QRect(QPoint(), size)
     rect.moveCenter(whole.center())
     return rect

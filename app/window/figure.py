@@ -24,7 +24,7 @@ from PySide6.QtGui import (
     QPolygonF,
 )
 
-from app.image_view.image_canvas import picture_on, to_qimage
+from app.image_view.image_canvas import centred, picture_on, to_qimage
 from app.number_box import short
 from app.picture import BLACK, WHITE, Background, compose, empty_picture, is_bright
 from app.tf_editor.unit_axis import ticks
@@ -350,8 +350,9 @@ def figure(
     painter.scale(size[0] / choice.width, size[1] / choice.height)
     painter.setRenderHints(hint.Antialiasing | hint.SmoothPixmapTransform)
     how = Qt.AspectRatioMode.IgnoreAspectRatio, Qt.TransformationMode.SmoothTransformation
+    keep = Qt.AspectRatioMode.KeepAspectRatio
     for name, image, background, place in zip(names, shown, grounds, panels(choice), strict=False):
-        rect = _fitted(image, place)
+        rect = centred(image.size().scaled(place.size(), keep), place)
         if image is not result:
             whole = painter.transform().mapRect(rect).size()
             painter.drawImage(rect, image.scaled(whole, *how))
@@ -436,17 +437,15 @@ class Comparison:
 
     @cached_property
     def error(self) -> float:
-        """Root mean square of the differences of the colours."""
-        return math.sqrt(self._mean((self.apart**2).mean(axis=-1)))
+        """Root mean square of the differences of the colours.
 
-    def _mean(self, values: NDArray[np.float64]) -> float:
-        """Mean of values (H, W); for B and A only over pixels where either shows something.
-
-        A mean over all pixels would depend on the background, and so on the pane's width.
+        Of B and A, only over pixels where either shows something: a mean over all pixels would
+        depend on the background, and so on the pane's width.
         """
+        squares = (self.apart**2).mean(axis=-1)
         if self.is_of_b:
-            values = values[np.maximum(*self._pair).max(axis=-1) > HALF_STEP]
-        return float(values.mean()) if values.size else 0.0
+            squares = squares[np.maximum(*self._pair).max(axis=-1) > HALF_STEP]
+        return math.sqrt(squares.mean()) if squares.size else 0.0
 
     @cached_property
     def difference(self) -> NDArray[np.float64]:
@@ -490,11 +489,3 @@ class Comparison:
 def _colors(rgba: Rgba) -> Image:
     full = 255 if rgba.dtype == np.uint8 else 1
     return np.asarray(rgba[..., :3], np.float32) / np.float32(full)
-
-
-def _fitted(image: QImage, place: QRect) -> QRect:
-    """Return the largest rectangle of an image's proportions, centred in another."""
-    size = image.size().scaled(place.size(), Qt.AspectRatioMode.KeepAspectRatio)
-    rect = QRect(0, 0, size.width(), size.height())
-    rect.moveCenter(place.center())
-    return rect

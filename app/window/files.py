@@ -156,9 +156,8 @@ class Files(QObject):
     def save_transfer_function(self) -> None:
         """Ask for a file and write the TF to it."""
         path = ask_for_place(self._context, "Save TF", TF_FILTER, (TF_SUFFIX,), "tf")
-        if path is None:
-            return
-        if self._context.saved(KEY, self._context.state.transfer_function.save, path):
+        save = self._context.state.transfer_function.save
+        if path is not None and self._context.saved(KEY, save, path):
             self._preferences.note_recent("transfer_functions", path)
 
     def save_sensitivity(self, result: SensitivityResult | None) -> None:

@@ -33,7 +33,7 @@ class PaneLayout(QSplitter):
         self._browser, self._panes = browser, panes
         self._generator, self._reference, self._pane_b = panes
         self.compares = False  # whether B is shown; then the latent browser is not
-        self._was_browsing = self._wipes = False
+        self._wipes = False
         # Images touch: Qt reacts to the mouse some pixels next to the line, too.
         self.setHandleWidth(1)
         self.setChildrenCollapsible(False)
@@ -113,11 +113,7 @@ class PaneLayout(QSplitter):
     def _fit_browser(self) -> None:
         """Make the browser as wide as its squares at this height, next to an image."""
         if not self.is_browsing:
-            if self._was_browsing:
-                self.setSizes([1000 * (widget is not self._browser) for widget in self._in_order()])
-            self._was_browsing = False
             return
-        self._was_browsing = True
         width = self.width() - self.handleWidth()
         browser = min(self._browser.width_for(self.height()), max(width - LEAST_IMAGE, 0))
         widths = {self._browser: browser, self._reference: width - browser}

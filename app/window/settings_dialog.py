@@ -128,8 +128,7 @@ class SettingsDialog(QDialog):
         self._others.setVisible(bool(self._others.text()))
 
     def _forget(self, button: QPushButton) -> None:
-        for kind in get_args(RecentKind):
-            self._context.preferences.set(**{f"recent_{kind}": ()})
+        self._context.preferences.set(**{f"recent_{kind}": () for kind in get_args(RecentKind)})
         button.setEnabled(False)
 
     def _choose_theme(self, theme: ThemeChoice) -> None:

@@ -1,6 +1,7 @@
 """Movie files, written frame by frame: MP4 or GIF."""
 
 from collections.abc import Iterable
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -51,11 +52,8 @@ def _encode(path: Path, frames: Iterable[NDArray[np.uint8]], frames_per_second: 
         if is_mp4
         else {"duration": 1000 / frames_per_second, "loop": 0, "mode": "I"}
     )
-    movie = imageio.get_writer(path, **settings)
-    try:
+    # Its own context would leave it open after an error, and the encoder running.
+    with closing(imageio.get_writer(path, **settings)) as movie:
         for frame in frames:
             height, width = (n - n % 2 if is_mp4 else n for n in frame.shape[:2])
             movie.append_data(frame[:height, :width])
-    finally:
-        # Its own context would leave it open after an error, and the encoder running.
-        movie.close()

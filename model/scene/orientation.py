@@ -231,11 +231,8 @@ def _nearest_axis(direction: NDArray[np.float64]) -> str:
     return max(AXES, key=lambda axis: float(axis_direction(axis) @ direction))
 
 
-MIDDLE = (0.5, 0.5, 0.5)
-
-
 def turntable(
-    view: View, count: int, up: str, proportions: Triple, pivot: Triple = MIDDLE
+    view: View, count: int, up: str, proportions: Triple, pivot: Triple = (0.5, 0.5, 0.5)
 ) -> list[View]:
     """Return the views of one turn, in which the volume seems to turn to the right.
 
