@@ -109,7 +109,6 @@ class FidelityLine(QLabel):
 
 WIDTH, POPOVER_WIDTH, PLOT_HEIGHT = 76, 400, 140  # of the slider, and of what it opens, in pixels
 WAITING = "Measured as soon as the image at rest is complete."
-MEASURING = "Measuring {} of {} …"
 MEASURED = "Measured in this scene, with {} × {} pixels at rest."
 STILL = "\nIn all pixels, a moving image differs by {}\nfrom that at rest, which {}."
 
@@ -208,7 +207,7 @@ class TradeOffPopover(QFrame):
                 text += STILL.format(error_text(left), why)
             self.status.setText(text)
         elif self._trade_off.begun:
-            self.status.setText(MEASURING.format(self._trade_off.begun, len(SCALES)))
+            self.status.setText(f"Measuring {self._trade_off.begun} of {len(SCALES)} …")
         else:
             self.status.setText(WAITING)
 

@@ -152,8 +152,3 @@ def show_gestures(window: QWidget) -> QDialog:
     wanted.textChanged.connect(lambda text: page.setHtml(help_text(text)))
     wanted.setFocus()
     return dialog
-
-
-def show_about(window: QWidget) -> QDialog:
-    """Show the page about tfscope."""
-    return open_page(window, "About tfscope", ABOUT)[1]

@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QMenu, QWidget
 from app.caption_button import CaptionButton
 from app.controls import RightClick, add_action, add_choices, show_tips
 from app.engines.requests import Drawing
-from app.glosses import open_glossary
+from app.glosses import open_glossary, open_page
 from app.icons import IconButton
 from app.image_view.reference_controls import DRAWINGS
 from app.state.library import KnownModel
@@ -20,7 +20,7 @@ from app.state.opened_volume import OpenedVolume
 from app.state.settings import RecentKind, Shown
 from app.window.context import VOLUME_FILTER, menu_names
 from app.window.files import TF_FILTER
-from app.window.help_pages import show_about, show_gestures
+from app.window.help_pages import ABOUT, show_gestures
 from app.window.overlays import BACKGROUNDS, Overlay
 from app.window.settings_dialog import SettingsDialog, apply_single_keys
 from app.window.window_parts import WindowParts
@@ -431,7 +431,7 @@ class Menus:
     def _fill_help(self, menu: QMenu) -> None:
         self._add(menu, "&Keys and gestures", partial(show_gestures, self._window), "F1")
         self._add(menu, "G&lossary", partial(open_glossary, self._window))
-        self._add(menu, "&About tfscope", partial(show_about, self._window))
+        self._add(menu, "&About tfscope", partial(open_page, self._window, "About tfscope", ABOUT))
 
     def _fill_models(self, menu: QMenu) -> None:
         """Add the shipped models, those of the open volume, and entries for others."""

@@ -54,11 +54,6 @@ class SlicePreview(QLabel):
         self._proportions = QSizeF(width, height)
         self._draw()
 
-    def show_nothing(self) -> None:
-        """Show no slice."""
-        self.image = None
-        self.clear()
-
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Draw the slice as large as possible."""
         super().resizeEvent(event)
@@ -198,7 +193,8 @@ class RawDialog(QDialog):
 
     def _show_problem(self, problem: str) -> None:
         for widget in self.slices:
-            widget.show_nothing()
+            widget.image = None
+            widget.clear()
         self.fit.setText(problem)
         self.fit.setStyleSheet(f"color: {theme.ERROR}")
         self.open_button.setEnabled(False)

@@ -47,9 +47,15 @@ class WindowMemory(QObject):
     ) -> None:
         super().__init__(window)
         self._window, self._splitter, self.panes = window, splitter, panes
-        self._state, self._moves = state, moves
-        self._preferences = preferences
-        self._restore()
+        self._moves, self._preferences = moves, preferences
+        values = preferences.settings
+        if values.window_geometry:
+            # Qt moves a window to an existing screen.
+            window.restoreGeometry(QByteArray.fromBase64(values.window_geometry.encode()))
+        splitter.set_share(values.editor_share)
+        moves.colors_follow = values.colors_follow_modes
+        state.set_trackball(values.trackball)
+        self.restore_panes()
         state.navigationChanged.connect(lambda: preferences.set(trackball=state.trackball))
         splitter.shareChanged.connect(self.note)
         window.installEventFilter(self)
@@ -75,13 +81,3 @@ class WindowMemory(QObject):
         if values.swapped != self.panes.is_swapped:
             self.panes.swap()
         self.panes.shown = values.shown
-
-    def _restore(self) -> None:
-        values = self._preferences.settings
-        if values.window_geometry:
-            # Qt moves a window to an existing screen.
-            self._window.restoreGeometry(QByteArray.fromBase64(values.window_geometry.encode()))
-        self._splitter.set_share(values.editor_share)
-        self._moves.colors_follow = values.colors_follow_modes
-        self._state.set_trackball(values.trackball)
-        self.restore_panes()
