@@ -311,7 +311,7 @@ class FindingsPanel(QFrame):
         if self._layer.holds:
             self._layer.holds = False
             self._layer.refresh()
-            self.refresh()
+        self.refresh()
 
     def refresh(self) -> None:
         """Show the present values and edits, unless something moves: images come first."""
@@ -320,7 +320,8 @@ class FindingsPanel(QFrame):
             # In a drag the mouse is elsewhere; from the menu, it may not have come back.
             layer.holds = False
             return
-        self.values = self.values.of(asker, layer.holds)
+        # Under the mouse, rows stay where they are.
+        self.values = self.values.of(asker, layer.holds or self.underMouse())
         values = values_found(asker, self.values.found)
         edits, effects = edits_found(asker, layer.peaks, values)
         name, is_place = asker.asked.region_name, asker.asked.place is not None

@@ -179,6 +179,25 @@ def test_two_clicks_on_add_mean_the_same_value(qtbot, window, monkeypatch):
     qtbot.waitUntil(lambda: rows[0].accessibleName().startswith("139.2 K"))
 
 
+def test_rows_of_values_stay_while_they_are_under_the_mouse(qtbot, window, monkeypatch):
+    findings, asker = window.sensitivity.findings, window.workspace.sensitivity
+    window.sensitivity_state.open_panel()
+    qtbot.waitUntil(lambda: asker.visibility is not None)
+
+    def rows(*middles):
+        seen = sum(np.exp(-((np.arange(256) - each) ** 2) / 50) for each in middles)
+        asker.visibility = replace(asker.visibility, value=np.float32(seen / seen.sum())[None])
+        findings.refresh()
+        return [row.accessibleName() for row in findings.value_rows if not row.isHidden()]
+
+    both = rows(80, 180)
+    monkeypatch.setattr(findings, "underMouse", lambda: True)
+    assert len(both) == len(rows(180)) == 2
+    monkeypatch.undo()
+    QApplication.sendEvent(findings, QEvent(QEvent.Type.Leave))
+    assert len(rows(180)) == 1
+
+
 def test_switched_off_nothing_is_asked_or_shown(qtbot, window, builders):
     window.sensitivity_state.keep(150.0)
     qtbot.waitUntil(lambda: window.reference.canvas.cover is not None)
