@@ -60,21 +60,26 @@ class KeptFile(Generic[T]):
 
     def refresh(self) -> None:
         """Read other windows' changes."""
-        if self._path is None:
+        path = self._path
+        if path is None:
             return
         self._forget_written()
         values, self.problem = self.values, ""
         try:
-            values = self._build(self._read(self._path), self._path)
+            values, wrong = build_valid(self._kind, self._read(path))
+            if wrong:
+                # An earlier version may have written a value that is no longer a choice.
+                names = ", ".join(f"'{name}'" for name in wrong)
+                self.problem = f"{path}: its {names} could not be read; everything else was read."
         except OSError as error:
             self.problem = (
-                f"{self._path}: the file cannot be read ({reason(error)}), so nothing is kept "
+                f"{path}: the file cannot be read ({reason(error)}), so nothing is kept "
                 "in it; check your permissions."
             )
             # It must not be overwritten.
             self._path = None
         except MalformedError as error:
-            self.problem = f"{self._path}: the file is damaged ({error}); {_set_aside(self._path)}."
+            self.problem = f"{path}: the file is damaged ({error}); {_set_aside(path)}."
         for change in self._changes:
             values = change(values)
         self.values = values
@@ -125,14 +130,6 @@ class KeptFile(Generic[T]):
         if not isinstance(data, dict) or self._mark not in data:
             raise MalformedError(f"the key '{self._mark}' is missing")
         return data
-
-    def _build(self, data: dict[str, Any], path: Path) -> T:
-        values, wrong = build_valid(self._kind, data)
-        # An earlier version may have written a value that is no longer a choice.
-        if wrong and path.exists():
-            names = ", ".join(f"'{name}'" for name in wrong)
-            self.problem = f"{path}: its {names} could not be read; everything else was read."
-        return values
 
 
 @contextmanager
