@@ -36,15 +36,10 @@ from model.volume_files import Choice
 from model.volume_files.shipped import SCAN
 from model.volume_files.source import VolumeSource
 
-COMMANDS = {
-    "info": Info, "render": Render, "sensitivity": Sensitivity, "latent": Latent,
-    "dataset": Dataset, "train": Train, "evaluate": Evaluate, "study": Study, "paper": Paper,
-}  # fmt: skip
-
 application = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
 application.add_typer(path_light.commands, name="light")
-for name, command in COMMANDS.items():
-    application.command(name)(options.as_function(command))
+for command in (Info, Render, Sensitivity, Latent, Dataset, Train, Evaluate, Study, Paper):
+    application.command(command.__name__.lower())(options.as_function(command))
 
 
 def _print_version(is_wanted: bool) -> None:

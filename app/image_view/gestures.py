@@ -353,9 +353,7 @@ class ViewKeys(QObject):
         if key in ROLLS:
             degrees = ROLLS[key] * (FINE_DEGREES if fine else DEGREES)
             return partial(roll, state.view, degrees)
-        if key == Qt.Key.Key_Home:
-            return lambda: state.home
-        return None
+        return (lambda: state.home) if key == Qt.Key.Key_Home else None
 
 
 def _place_of(event: QKeyEvent) -> int:

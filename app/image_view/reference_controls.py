@@ -72,10 +72,8 @@ class BrightnessSlider(QWidget):
         self._show()
 
     def _set_step(self, step: int) -> None:
-        if self.slider.isSliderDown():
-            self._brightness.move(brightness_at(step))
-        else:
-            self._brightness.set(brightness_at(step))
+        is_drag = self.slider.isSliderDown()
+        (self._brightness.move if is_drag else self._brightness.set)(brightness_at(step))
 
     def _show(self) -> None:
         with QSignalBlocker(self.slider):

@@ -66,15 +66,15 @@ class EditHistory(QObject):
 
     def undo(self) -> None:
         """Undo the last edit."""
-        self.returning.emit()
-        self.stack.undo()
-        self.edited.emit()
-        self.undone.emit()
+        self._go(self.stack.undo)
 
     def redo(self) -> None:
         """Redo the edit undone last; nothing is left to be redone after a drag."""
+        self._go(self.stack.redo)
+
+    def _go(self, step: Callable[[], None]) -> None:
         self.returning.emit()
-        self.stack.redo()
+        step()
         self.edited.emit()
         self.undone.emit()
 

@@ -84,8 +84,7 @@ class PlotGestures(QObject):
         frame = QRect(self._start, event.position().toPoint()).normalized()
         self._frame.hide()
         self._start = None
-        modes = self._inside(self._opacity.peaks, frame)
-        if modes:
+        if modes := self._inside(self._opacity.peaks, frame):
             self._selection.select("opacity", *modes)
         else:
             self._selection.select("color", *self._inside(self._color.stops, frame))

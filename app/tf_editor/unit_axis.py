@@ -167,9 +167,7 @@ def bend_for(scalar_range: Range) -> float:
     """Return the magnitude from which a range's axis is logarithmic, see :class:`ScalarAxis`."""
     lo, hi = scalar_range
     largest = max(abs(lo), abs(hi))
-    if lo > 0:
-        return max(lo, largest * 10.0**-_MOST_DECADES)
-    return largest * _BEND_SHARE
+    return max(lo, largest * 10.0**-_MOST_DECADES) if lo > 0 else largest * _BEND_SHARE
 
 
 def ticks(

@@ -351,7 +351,7 @@ class MainWindow(WindowParts):
         self.editor.set_scale(opened)
         # A band kept over the plot would mark other values.
         self.sensitivity_state.release()
-        self.scene_notices.show_scale(opened)
+        self.scene_notices.show_scale()
 
 
 def _first_in(area: QWidget) -> QWidget | None:

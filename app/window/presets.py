@@ -52,9 +52,8 @@ class Presets(QObject):
         if name in {each.name for each in self._menu.listed()} - own:
             # The volume's own one stays, and the menu has each name once.
             name = f"{name} 2"
-        is_there = name in own
         question = f"The preset {name} exists. Replace it?"
-        if is_there and QMessageBox.question(window, "Replace", question) != buttons.Yes:
+        if name in own and QMessageBox.question(window, "Replace", question) != buttons.Yes:
             return
         save = partial(save_own_preset, folder, name, self._state.transfer_function)
         self._context.done(KEY, save, f"Saved the preset {name}.")

@@ -9,7 +9,6 @@ from PySide6.QtCore import QObject
 from app.controls import Action
 from app.engines.messages import Result
 from app.image_view.engine_pane import EnginePane
-from app.state.opened_volume import OpenedVolume
 from app.state.reference_choices import ReferenceChoices
 from app.window.context import Context
 from model.scene.hints import NarrowPart, narrow_part, nothing_visible, why_nothing
@@ -99,10 +98,9 @@ class SceneNotices(QObject):
             tf = label_tf(volume.over(label_range(volume)))
             self._state.tf_input.exchange(tf, "show as labels")
 
-    def show_scale(self, opened: OpenedVolume) -> None:
-        """Stop offering the present scale."""
-        if opened.volume.scale == "log":
-            self._notices.clear(OFFER)
+    def show_scale(self) -> None:
+        """Stop offering another scale."""
+        self._notices.clear(OFFER)
 
     def _follow_pane(self, pane: EnginePane, _state: object) -> None:
         if pane.canvas.image is None or pane.canvas.message:
