@@ -93,7 +93,6 @@ def open_page(
 
 
 def _show_sentence(label: QLabel, term: str) -> None:
-    if term:
-        QToolTip.showText(QCursor.pos(), f"{term}: {SENTENCES[term]}\nClick: glossary", label)
-    else:
-        QToolTip.hideText()
+    # An empty text hides the tooltip.
+    text = f"{term}: {SENTENCES[term]}\nClick: glossary" if term else ""
+    QToolTip.showText(QCursor.pos(), text, label)

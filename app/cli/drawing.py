@@ -6,6 +6,7 @@ import json
 import math
 import time
 from collections.abc import Callable, Iterator
+from contextlib import closing
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
@@ -106,7 +107,7 @@ def render_to_file(asked: Render) -> None:
     if asked.is_movie and asked.background is None:
         raise RenderError("A movie has no transparent background; choose a colour.")
     drawer = (_generator_drawer if asked.renderer == "generator" else _volume_drawer)(asked)
-    try:
+    with closing(drawer):
         if asked.is_array:
             image = drawer.draw(drawer.inputs.view)
             make_room_for(asked.out)
@@ -122,8 +123,6 @@ def render_to_file(asked: Render) -> None:
             print(f"{asked.out}: by {drawer.drawn_by()}.")
         if drawer.volume is not None:
             warn_of(drawer.volume)
-    finally:
-        drawer.close()
 
 
 def load_fitted(path: Path, scalar_range: Range, scale: ValueScale) -> TransferFunction:

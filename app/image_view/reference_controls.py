@@ -201,19 +201,18 @@ class LightBall(QWidget):
             return
         self._moved = True
         x, y = self._start
-        self._state.light_input.move(
-            light_at(x + moved.x() / REACH, y - moved.y() / REACH, self._limits)
-        )
+        self._aim(x + moved.x() / REACH, y - moved.y() / REACH)
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
         """End the movement and request the final images; a click moves the light there."""
         if self._start is not None and not self._moved:
             radius, at = DIAMETER / 2, event.position()
-            self._state.light_input.move(
-                light_at(at.x() / radius - 1, 1 - at.y() / radius, self._limits)
-            )
+            self._aim(at.x() / radius - 1, 1 - at.y() / radius)
         self._start = None
         self._state.light_input.finish()
+
+    def _aim(self, x: float, y: float) -> None:
+        self._state.light_input.move(light_at(x, y, self._limits))
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
         """Return to the default direction."""

@@ -183,9 +183,7 @@ class View:
 
     def in_frame(self, frame: NDArray[np.float64]) -> View:
         """Return this view of the same image, with angles about the z axis of another frame."""
-        if (frame == _IDENTITY).all():
-            return self
-        return self.with_basis(self.basis() @ frame.T)
+        return self if (frame == _IDENTITY).all() else self.with_basis(self.basis() @ frame.T)
 
     def camera_distance(self, radius: float) -> float:
         """Distance at which a perspective camera sees it at the same size, by radius."""
