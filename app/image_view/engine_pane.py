@@ -13,7 +13,7 @@ from app.caption_button import CaptionButton, Tone
 from app.controls import Painted, fill, wrapped
 from app.engines.client import Channel, EngineClient, EngineName, EngineState
 from app.engines.messages import Result
-from app.engines.requests import ReferenceSettings, Request
+from app.engines.requests import Image, ReferenceSettings, Request
 from app.image_view.image_canvas import LEAST_PROGRESS, ImageCanvas, to_qimage
 from app.number_box import short
 from app.picture import BLACK, Background
@@ -75,6 +75,7 @@ class EnginePane(QWidget):
         # What the next and the present image depend on; B has its own settings.
         self._wanted: tuple[SceneInputs, ReferenceSettings | None] | None = None
         self._shown: tuple[SceneInputs, ReferenceSettings | None] | None = None
+        self._of: SceneInputs | None = None  # inputs of the present image
         self._patience = QTimer(self, singleShot=True, interval=PATIENCE_MS)
         self._patience.timeout.connect(self._be_late)
         fill(QVBoxLayout(self), self.canvas)
@@ -178,6 +179,9 @@ class EnginePane(QWidget):
             self.canvas.show_message(result.error or "", theme.ON_IMAGE.error)
             self._show_status()
             return
+        if self._has_better(request, result.image):
+            self._show_status()
+            return
         rgba, by = result.image.rgba, result.image.by
         self.rgba, self._remark = rgba, result.remark
         self.canvas.show_image(self._picture(rgba))
@@ -194,6 +198,7 @@ class EnginePane(QWidget):
             self.samples = 0 if result.image.is_preview else result.image.samples
         moves = request.quality.live and result.seconds > 0
         self._speed = f"moving {short(min(1 / result.seconds, 999))} fps" if moves else ""
+        self._of = request.inputs
         self._shown, self._is_late = (request.inputs, request.settings), False
         if self._wanted in (None, self._shown):
             self._patience.stop()
@@ -202,6 +207,11 @@ class EnginePane(QWidget):
         self.resultShown.emit(result)
         self._show_status()
         self.imageShown.emit(result.request.inputs, rgba)
+
+    def _has_better(self, request: Request, image: Image) -> bool:
+        """Whether more samples of the same scene are shown, from before its engine began anew."""
+        is_same = self.rgba is not None and request.inputs == self._of
+        return is_same and image.samples < self.samples and not image.is_last
 
     def _wait(self, request: Request) -> None:
         """Say that the image is late, unless the wanted one arrives soon."""

@@ -313,6 +313,8 @@ class MainWindow(WindowParts):
     def _show_volume(self, opened: OpenedVolume) -> None:
         """Show an opened volume before its TF is set."""
         self._b_returns = False
+        for pane in self.context.panes:
+            pane.samples = 0  # of the volume before
         volume = opened.volume
         self.scene_notices.start_volume(volume)
         shape = " × ".join(str(n) for n in volume.dimensions)

@@ -8,7 +8,8 @@ from PySide6.QtCore import QRectF, Qt
 from PySide6.QtGui import QImage, QPainter
 from window_fakes import FakeEngine, make_request
 
-from app.engines.requests import ReferenceSettings
+from app.engines import requests
+from app.engines.messages import Result
 from app.image_view.image_canvas import to_qimage
 from app.picture import compose
 from model.scene.view import View
@@ -50,7 +51,7 @@ def test_an_image_that_is_not_up_to_date_says_so_once_the_next_takes_long(qtbot,
     qtbot.waitUntil(lambda: red(pane) == 3)
     assert pane.caption.detail != "drawing …"
     # Under another light, an image of the same inputs is another one, as of B.
-    engine.gate, lit = threading.Semaphore(0), ReferenceSettings(lighting="soft")
+    engine.gate, lit = threading.Semaphore(0), requests.ReferenceSettings(lighting="soft")
     pane.client.submit(replace(turned, sequence=4, settings=lit))
     qtbot.waitUntil(lambda: pane.caption.detail == "drawing …")
     engine.gate.release(1)
@@ -63,6 +64,20 @@ def test_an_image_that_is_not_up_to_date_says_so_once_the_next_takes_long(qtbot,
     pane.client.fail("It failed.")
     assert pane.caption.detail != "drawing …"
     gate.release()
+
+
+def test_fewer_samples_of_the_same_scene_are_shown_only_at_the_end(pane):
+    def shown(level, samples, is_last=False):
+        rgba = np.full((4, 4, 4), [level / 255, 0, 0, 1], dtype=np.float32)
+        image = requests.Image(rgba, 0.1, samples=samples, is_last=is_last)
+        pane.channel.answered.emit(Result(make_request(level), image))
+        return red(pane)
+
+    seen = [shown(1, 1), shown(2, 8), shown(3, 1), shown(4, 8), shown(5, 1), shown(6, 4, True)]
+    assert seen == [1, 2, 2, 4, 4, 6]
+    # In another light it is another picture.
+    pane.set_light("soft light")
+    assert shown(7, 1) == 7
 
 
 def test_pixels_keep_their_place_and_value_within_the_range():
