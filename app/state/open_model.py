@@ -37,11 +37,6 @@ LOADING = "Loading the model …"
 
 PATH_DRAWER = "path traced, 1 sample, denoised"
 
-PATH_TIP = (
-    "This volume's model was trained in another light. This image has one path-traced sample per "
-    "pixel; a network that serves all volumes removes its noise. The ground truth has many samples."
-)
-
 
 class OpenModel:
     """Loads a model in the background, and pauses it while another volume is open."""
@@ -77,7 +72,11 @@ class OpenModel:
     def errors(self) -> str:
         """The model's errors from its card; empty if unknown."""
         if self.draws_path:
-            return PATH_TIP
+            return (
+                "This volume's model was trained in another light. This image has one path-traced "
+                "sample per pixel; a network that serves all volumes removes its noise. The ground "
+                "truth has many samples."
+            )
         return "" if self.folder is None or self.awaits_path else recorded_errors(self.folder)
 
     @property

@@ -193,10 +193,8 @@ class ViewNavigation(QObject):
         self._look(view or self.home)
 
     def _upright_home(self) -> View:
-        found = partial(
-            orientation.home_view, self.proportions, self.up_axis, front=self.front_axis
-        )
-        return found(points=self._shown, reach=self._reach, angles=self._home_angles)
+        home = partial(orientation.home_view, self.proportions, front=self.front_axis)
+        return home(self.up_axis, points=self._shown, reach=self._reach, angles=self._home_angles)
 
     def _look(self, view: View) -> None:
         """Show a view that is no part of a drag."""
