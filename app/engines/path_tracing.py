@@ -142,7 +142,7 @@ class PathTracingEngine(RendererEngine):
         found, stop = traced.last, request.stop
         while True:
             while found is None:
-                found = self._go_on(traced)
+                found = self._go_on(request.channel, traced)
                 if found is None:
                     watch.go_on()
                     yield None
@@ -157,10 +157,13 @@ class PathTracingEngine(RendererEngine):
                 return
             found = None
 
-    def _go_on(self, traced: _Tracing) -> Refined | None:
+    def _go_on(self, channel: str, traced: _Tracing) -> Refined | None:
         """Trace more samples; None if others come first."""
         begun = time.perf_counter()
+        # What an error ends begins anew.
+        self._traced.pop(channel, None)
         found = next(traced.coming)
+        self._traced[channel] = traced
         traced.taken += time.perf_counter() - begun
         if found is not None:
             self._seconds, traced.taken, traced.last = traced.taken, 0.0, found
