@@ -306,9 +306,10 @@ def test_a_path_traced_image_goes_on_where_it_ended():
     # What is good enough is there at once.
     assert [image.samples for image in traced(engine, 16, 4)] == [8]
     # An error leaves nothing that would go on.
-    with pytest.MonkeyPatch.context() as patch, pytest.raises(ZeroDivisionError):
+    with pytest.MonkeyPatch.context() as patch:
         patch.setattr(Counting, "_run", lambda *_: 1 / 0)
-        traced(engine, 16, 16)
+        with pytest.raises(ZeroDivisionError):
+            traced(engine, 16, 16)
     assert traced(engine, 16, 16)[-1].samples == 16
     engine.close()
 
