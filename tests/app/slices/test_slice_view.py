@@ -412,11 +412,10 @@ def test_other_volumes_have_slices(qtbot, builders, window):
             assert view.rect().contains(point)
             assert voxel_of(volume, view.place_under(QPointF(point))) == here
         level = views(window)[0]
-        # The mouse may have been left over the plot, whose value is outlined.
-        window.sensitivity_state.release()
         red, green, blue = pixel(level, at(window, level, *here) + QPoint(2, 2))
-        is_gray = red == green == blue
-        assert green > red + 100 if volume.file.is_labels else is_gray, (said, red, green, blue)
+        # The hatch of missing voxels is bluish.
+        is_gray = max(red, green, blue) - min(red, green, blue) < 8
+        assert green > red + 100 if volume.file.is_labels else is_gray
         is_smooth = bool(level.renderHints() & QPainter.RenderHint.SmoothPixmapTransform)
         assert is_smooth != volume.file.is_labels
         if volume.missing is not None:
