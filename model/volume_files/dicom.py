@@ -99,14 +99,18 @@ def _named_apart(stacks: list[Stack]) -> list[Stack]:
     To a name is added what tells them apart: the folder, the spacing, or else a number.
     """
     firsts: dict[str, dict[tuple[object, ...], Frame]] = defaultdict(dict)
-    for stack in stacks:
-        firsts[stack.series].setdefault(_kind(stack.frames[0]), stack.frames[0])
+    # Once for each, as NaN of a damaged file equals itself alone.
+    kinds = [_kind(stack.frames[0]) for stack in stacks]
+    for stack, kind in zip(stacks, kinds, strict=True):
+        firsts[stack.series].setdefault(kind, stack.frames[0])
     named = []
-    for stack in stacks:
+    for stack, kind in zip(stacks, kinds, strict=True):
         alike = firsts[stack.series]
-        number = [*alike].index(_kind(stack.frames[0]))
+        number = [*alike].index(kind)
         folders = [frame.file.path.parent.name for frame in alike.values()]
-        spacings = ["{:g} x {:g} mm".format(*frame.spacing[::-1]) for frame in alike.values()]
+        # A damaged file may have any number of them.
+        sides = [[f"{side:g}" for side in reversed(frame.spacing)] for frame in alike.values()]
+        spacings = [f"{' x '.join(each)} mm" for each in sides]
         numbers = ["", *map(str, range(2, len(alike) + 1))]
         apart = next(each for each in (folders, spacings, numbers) if len({*each}) == len(alike))
         is_plain = len(alike) == 1 or not apart[number]
