@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import astuple
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -79,13 +80,13 @@ class NetworkCleaning:
     @torch.inference_mode()
     def finish(
         self,
-        denoised: NDArray[np.float32],
         traced: NDArray[np.float32],
         soft: NDArray[np.float32],
         unlit: NDArray[np.float32],
         samples: int,
     ) -> NDArray[np.float32]:
         """Estimate a picture of many samples; pictures (rows, columns, 3) are times opacity."""
+        denoised = denoise(traced, unlit[..., :3], quick=True)
         colors = {"unlit": unlit[..., :3], "soft": soft, "denoised": denoised, "traced": traced}
         tensors = {name: self._tensor(image) for name, image in colors.items()}
         inputs = network_inputs(tensors, self._tensor(unlit[..., 3:]), samples)
@@ -111,7 +112,11 @@ class FinishedPicture(Denoiser):
         self, cleaning: NetworkCleaning, draw_soft: Callable[[], NDArray[np.float32]], small: bool
     ) -> None:
         self._cleaning, self._draw_soft, self._is_small = cleaning, draw_soft, small
-        self._soft: NDArray[np.float32] | None = None
+
+    @cached_property
+    def _soft(self) -> NDArray[np.float32]:
+        """Soft light of each pixel or, in a large picture, of each block."""
+        return self._draw_soft()
 
     def clean(
         self, radiance: NDArray[np.float32], estimate: Estimate, samples: int
@@ -123,42 +128,26 @@ class FinishedPicture(Denoiser):
         """
         if estimate.samples > MOST_SAMPLES:
             return super().clean(radiance, estimate, samples)
-        if self._soft is None:
-            self._soft = self._draw_soft()
         unlit = np.concatenate([estimate.albedo, estimate.rgba[..., 3:]], axis=2)
         if self._is_small:
-            return self._finished(radiance, self._soft, unlit, samples)
-        lit = self._lit(radiance, self._soft, unlit, samples)
+            return self._cleaning.finish(radiance, self._soft, unlit, samples)
+        lit = self._lit(radiance, unlit, samples)
         if samples > 1:
             lit += super().clean(radiance, estimate, samples)
             lit /= 2
         return lit
 
     def _lit(
-        self,
-        radiance: NDArray[np.float32],
-        soft: NDArray[np.float32],
-        unlit: NDArray[np.float32],
-        samples: int,
+        self, radiance: NDArray[np.float32], unlit: NDArray[np.float32], samples: int
     ) -> NDArray[np.float32]:
-        """Return the unlit picture in the light of blocks of pixels, of which `soft` has each."""
+        """Return the unlit picture in the light of blocks of pixels."""
         rows, columns = unlit.shape[:2]
         padding = (0, -rows % SIDE), (0, -columns % SIDE), (0, 0)
         radiance, unlit = (np.pad(image, padding, "edge") for image in (radiance, unlit))
         few = _blocks(unlit)
-        lit = self._finished(_blocks(radiance), soft, few, samples * SIDE**2)
+        lit = self._cleaning.finish(_blocks(radiance), self._soft, few, samples * SIDE**2)
         picture = relit(unlit, light_of(lit, few[..., :3]), few[..., :3])
         return picture[:rows, :columns, :3]
-
-    def _finished(
-        self,
-        radiance: NDArray[np.float32],
-        soft: NDArray[np.float32],
-        unlit: NDArray[np.float32],
-        samples: int,
-    ) -> NDArray[np.float32]:
-        clean = denoise(radiance, unlit[..., :3], quick=True)
-        return self._cleaning.finish(clean, radiance, soft, unlit, samples)
 
     def method(self, samples: int) -> str:
         """Name the processing of a picture of this many samples."""

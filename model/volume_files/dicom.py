@@ -103,20 +103,21 @@ def _named_apart(stacks: list[Stack]) -> list[Stack]:
     kinds = [_kind(stack.frames[0]) for stack in stacks]
     for stack, kind in zip(stacks, kinds, strict=True):
         firsts[stack.series].setdefault(kind, stack.frames[0])
-    named = []
-    for stack, kind in zip(stacks, kinds, strict=True):
-        alike = firsts[stack.series]
-        number = [*alike].index(kind)
+    names = {}
+    for series, alike in firsts.items():
         folders = [frame.file.path.parent.name for frame in alike.values()]
         # A damaged file may have any number of them.
         sides = [[f"{side:g}" for side in reversed(frame.spacing)] for frame in alike.values()]
         spacings = [f"{' x '.join(each)} mm" for each in sides]
         numbers = ["", *map(str, range(2, len(alike) + 1))]
         apart = next(each for each in (folders, spacings, numbers) if len({*each}) == len(alike))
-        is_plain = len(alike) == 1 or not apart[number]
-        name = stack.series if is_plain else f"{stack.series} ({apart[number]})"
-        named.append(replace(stack, series=name))
-    return named
+        for kind, text in zip(alike, apart, strict=True):
+            is_plain = len(alike) == 1 or not text
+            names[series, kind] = series if is_plain else f"{series} ({text})"
+    return [
+        replace(stack, series=names[stack.series, kind])
+        for stack, kind in zip(stacks, kinds, strict=True)
+    ]
 
 
 def _is_placed(frames: Iterable[Frame]) -> bool:
@@ -258,7 +259,8 @@ def list_dicom(files: Sequence[Path]) -> tuple[list[Stack], tuple[str, ...]]:
     """Find the volumes in DICOM files by their tags, the largest first; also return notes."""
     from pydicom.uid import UID
 
-    known = [path for path in files if not is_foreign(path)] or files
+    foreign = {path for path in files if is_foreign(path)}
+    known = [path for path in files if path not in foreign] or files
     read = [read_dicom_file(path) for path in counted("files listed", known)]
     images = [file for file in read if file.kind is not None]
     others = [file for file in read if file.kind is None]
@@ -271,8 +273,9 @@ def list_dicom(files: Sequence[Path]) -> tuple[list[Stack], tuple[str, ...]]:
         if "Rows" in file.tags or is_image:
             raise truncated(file.path, "it has no pixels")
     notes: tuple[str, ...] = ()
-    if foreign := [path.name for path in files if path not in known]:
-        notes = (f"Files that are not DICOM were left out: {', '.join(foreign[:MOST_LISTED])}.",)
+    if len(known) < len(files):
+        left = [path.name for path in files if path in foreign][:MOST_LISTED]
+        notes = (f"Files that are not DICOM were left out: {', '.join(left)}.",)
     if others:
         notes += (f"DICOM files without an image were left out: {len(others)}.",)
     if not images:

@@ -121,9 +121,11 @@ def is_dicom(path: Path, has_preamble: bool = False) -> bool:
 
 def is_foreign(path: Path) -> bool:
     """Whether a file is neither DICOM nor, as far as can be seen, the beginning of such a file."""
+    if is_dicom(path):
+        return False
     with path.open("rb") as file:
         start = file.read(PREAMBLE).lstrip(b"\0")
-    return not is_dicom(path) and start[:1] not in (b"", b"\x02", b"\x08")
+    return start[:1] not in (b"", b"\x02", b"\x08")
 
 
 def _is_bare(start: bytes) -> bool:

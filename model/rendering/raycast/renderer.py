@@ -158,8 +158,7 @@ class RaycastRenderer:
         self._executor = ThreadPoolExecutor(threads, thread_name_prefix="raycast")
         self._is_blurred = is_blurred and not volume.file.is_labels
         self._voxels = lru_cache(partial(KernelVoxels, volume, self._executor))
-        scalars, _ = renderable_scalars(volume, KERNEL_TYPES)
-        self._noise = noise_of(scalars) if lighting == "direct" else 0.0
+        self._noise = noise_of(self._voxels(False).scalars) if lighting == "direct" else 0.0
         self._is_coarsely_lit = False
         self.differentiates_windows = lighting != "soft"
         """Whether many windows are as fast as one; soft light needs an adjoint sweep for each."""

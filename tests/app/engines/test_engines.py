@@ -269,18 +269,15 @@ def traced(engine, size, samples):
 
 
 def test_path_traced_light_says_its_samples_and_is_given_up_when_nobody_wants_it():
-    renderer = RefiningRenderer(PathTracer(byte_volume(), threads=1), None)
-    engine = PathTracingEngine(renderer, sample_distance=0.5)
+    engine = PathTracingEngine(RefiningRenderer(PathTracer(byte_volume(), threads=1), None), 0.5)
     images = traced(engine, 32, 16)
     whole = [image for image in images if image.width == 32]
     assert [image.samples for image in whole] == [1, 2, 4, 8, 16]
     assert whole[0].by == "path tracer, 1 sample" and whole[0].error == math.inf
     assert whole[-1].by == engine.description == "path tracer, 16 samples"
     assert 0 < whole[-1].error < 0.5
-    request, asked = make_request(1), count()
-    endless = ImageRequest(
-        request.inputs, Quality(64), replace(STOPS["exact"], samples=1 << 20, error=0.0)
-    )
+    asked, stop = count(), replace(STOPS["exact"], samples=1 << 20, error=0.0)
+    endless = ImageRequest(make_request(1).inputs, Quality(64), stop)
     with pytest.raises(SupersededError):
         list(engine.images_of(endless, Watch(lambda: next(asked) < 20)))
     engine.close()
@@ -315,9 +312,7 @@ def test_a_path_traced_image_goes_on_where_it_ended():
 
 
 def test_two_path_traced_images_in_turn_are_each_as_if_it_were_alone():
-    engine = PathTracingEngine(
-        RefiningRenderer(PathTracer(byte_volume(), threads=1), None), sample_distance=0.5
-    )
+    engine = PathTracingEngine(RefiningRenderer(PathTracer(byte_volume(), threads=1), None), 0.5)
     stop = replace(STOPS["balanced"], samples=8, error=0.0)
     a = ImageRequest(make_request(1).inputs, Quality(16), stop)
     b = replace(a, inputs=SceneInputs.of(View(), make_tf(140.0)), channel=IMAGES_B)
