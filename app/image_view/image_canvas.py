@@ -139,9 +139,10 @@ class ImageCanvas(KeyedWidget):
 
         An image from before the canvas became narrower reaches beyond it, and moves nothing.
         """
-        return self._place_of(self.image)
+        return self.rect_of(self.image)
 
-    def _place_of(self, image: QImage | None) -> QRect:
+    def rect_of(self, image: QImage | None) -> QRect:
+        """Place of an image whose square lies where that of all images does."""
         if image is None or image.isNull():
             return self.rect()
         size, side = image.size(), min(self.width(), self.height())
@@ -234,12 +235,9 @@ class ImageCanvas(KeyedWidget):
 
     def _paint_picture(self, painter: QPainter, of: ImageCanvas) -> None:
         """Paint a canvas's cover or image here; its image may have other proportions, as before."""
-        place = self._place_of(of.image)
-        if of.cover is not None:
-            is_square = of.cover.width() == of.cover.height()
-            painter.drawImage(self.image_rect if is_square else place, of.cover)
-        elif of.image is not None:
-            painter.drawImage(place, of.image)
+        picture = of.cover or of.image
+        if picture is not None:
+            painter.drawImage(self.rect_of(picture), picture)
 
     def _paint_wiped(self, painter: QPainter, other: ImageCanvas, at: int) -> None:
         """Paint another canvas's picture to the right of a line."""

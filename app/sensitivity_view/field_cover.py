@@ -182,7 +182,7 @@ class FieldCover(QObject):
             # The band's own field is on its way; what is there belongs to another value.
             return
         image = self.image_of(answer.request.inputs)
-        if image is not None and _are_alike(np.shape(answer.value), image.shape):
+        if image is not None and are_alike(np.shape(answer.value), image.shape):
             self._cover(answer, image)
         elif image is not None or not answer.is_of(self._state.inputs):
             # Of other proportions, one of them is of the pane's size before.
@@ -295,11 +295,11 @@ def _light(answer: Answer[Any]) -> str:
     return "computed in soft light" if answer.source == "other light" else answer.source
 
 
-def _are_alike(field: tuple[int, ...], image: tuple[int, ...]) -> bool:
-    """Whether two shapes have the same proportions, or one is square."""
-    (rows, columns), (height, width) = field[:2], image[:2]
+def are_alike(one: tuple[int, ...], other: tuple[int, ...]) -> bool:
+    """Return whether two images' shapes have the same proportions, or one is square."""
+    (rows, columns), (height, width) = one[:2], other[:2]
     is_square = rows == columns or height == width
-    return is_square or abs(rows * width - columns * height) <= max(height, width)
+    return is_square or abs(rows * width - columns * height) <= max(*one[:2], *other[:2])
 
 
 def _square_together(

@@ -14,7 +14,7 @@ from app.image_view.engine_pane import EnginePane, OpacityInset
 from app.image_view.image_canvas import ImageCanvas
 from app.image_view.orientation_cube import OrientationCube
 from app.picture import BLACK, WHITE, Background
-from app.sensitivity_view.field_cover import paint_bar
+from app.sensitivity_view.field_cover import are_alike, paint_bar
 from app.state.edited_tf import PaneName
 from app.state.settings import BackgroundChoice
 from app.window.context import Context
@@ -199,9 +199,8 @@ class ImageError(QObject):
             return FOLLOWS
         (inputs, drawn, _), (others, truth, _) = map(self._shown.__getitem__, pair)
         is_old = any(self._shown[pane][2] != self._settings_of(pane) for pane in pair)
-        (height, width, _), (rows, columns, _) = drawn.shape, truth.shape
         is_coarse = any(pane.canvas.progress is not None for pane in pair)
-        if is_b and (is_coarse or abs(height * columns - width * rows) > max(width, columns)):
+        if is_b and (is_coarse or not are_alike(drawn.shape, truth.shape)):
             # A finer image follows, or one of them is of the pane's size before.
             is_old = True
         if is_old or (inputs, others) != wanted:
@@ -242,21 +241,20 @@ class ImageError(QObject):
         self._compared = compared
         self._context.update_images()
 
-    def _paint(self, pane: EnginePane, painter: QPainter, rect: QRect) -> None:
+    def _paint(self, pane: EnginePane, painter: QPainter, _square: QRect) -> None:
         canvas, compared, wiped = pane.canvas, self.shown, self._reference.canvas.wiped
         over = self.pane if wiped is None else self._reference
         if compared is None or pane is not over or canvas.cover is not None:
             return
-        whole, text = canvas.picture_rect, f"{' to '.join(compared.ends)}: {compared.title}"
+        text = f"{' to '.join(compared.ends)}: {compared.title}"
         picture = _picture(compared, pane.background)
-        place = rect if picture.width() == picture.height() else whole
         if wiped is not None:
             # On B's side of the line.
             painter.setClipRect(canvas.rect().adjusted(wiped[1] + 1, 0, 0, 0))
-        painter.drawImage(place, picture)
+        painter.drawImage(canvas.rect_of(picture), picture)
         self._overlays.paint_line(pane, painter)
         painter.setClipping(False)
-        paint_bar(painter, whole & canvas.rect(), compared.bar(pane.background), text)
+        paint_bar(painter, canvas.picture_rect & canvas.rect(), compared.bar(pane.background), text)
 
     def follow(self) -> None:
         """Stop comparing images that are not the present state's."""
