@@ -37,7 +37,7 @@ HEADING_HEIGHT = 22
 ROW_HEIGHT, LOW_ROW_HEIGHT = 26, 19  # of a row, in pixels: usually, and where there is little room
 BAR = 2
 
-LOW_BELOW = 266  # height of the editor below which rows are lower, and *What if* is in a heading
+LOW_BELOW = 266  # height of the editor below which rows are lower
 OPEN_FROM = 1600  # width of the editor from which the panel is open unless it was closed
 
 EMPHASES: tuple[tuple[Emphasis, str, int, str], ...] = (
@@ -210,9 +210,7 @@ class FindingsPanel(QFrame):
         self.title = ElidedLabel()
         self.title.setProperty("role", "title")
         self.title.setFixedHeight(HEADER_HEIGHT)
-        self.values_heading, self.values_note, self.edits_heading, self.edits_note = (
-            _heading(text) for text in ("Values visible", "", "", "")
-        )
+        self.values_note, self.edits_heading, self.edits_note = (_heading() for _ in range(3))
         self.edits_heading.setMinimumWidth(1)  # the region's name may be long
         self.rename = IconButton("rename", "Rename the region")
         self.close_button = IconButton("close", "Close", "Esc")
@@ -247,8 +245,8 @@ class FindingsPanel(QFrame):
         """Widgets that Tab reaches, in its order."""
         values = [button for row in self.value_rows for button in row.buttons]
         adds = [button for row in self.edit_rows for button in row.buttons]
-        what_if = self._what_if.button
-        return [self.rename, self.close_button, *values, self.height_box, *adds, what_if]
+        head = [self._what_if.button, self.rename, self.close_button]
+        return [*head, *values, self.height_box, *adds]
 
     @property
     def is_open(self) -> bool:
@@ -280,12 +278,6 @@ class FindingsPanel(QFrame):
         is_low = self._is_low = height < LOW_BELOW
         for row in (*self.value_rows, *self.edit_rows):
             row.set_height(LOW_ROW_HEIGHT if is_low else ROW_HEIGHT)
-        # The rows say by themselves what they are.
-        self.values_heading.setVisible(not is_low)
-        self._foot.setContentsMargins(4, 0 if is_low else 6, 0, 0)
-        target = self._head if is_low else self._foot
-        if target.indexOf(self._what_if.button) < 0:
-            target.insertWidget(1 if is_low else 0, self._what_if.button)
         self.show_open()
 
     def eventFilter(self, _plot: QObject, event: QEvent) -> bool:
@@ -352,18 +344,17 @@ class FindingsPanel(QFrame):
         self._said.setCurrentIndex(1 if self._what_if.result else 0)
 
     def _lay_out(self) -> None:
-        self._head = QHBoxLayout()
-        self._head.addWidget(self.title, 1)
-        fill(self._head, self.rename, self.close_button, margins=(12, 0, 4, 0))
+        head = QHBoxLayout()
+        head.addWidget(self.title, 1)
+        fill(head, self._what_if.button, self.rename, self.close_button, margins=(12, 0, 4, 0))
         page = QWidget()
         page.setProperty("role", "side page")
         opacity = _heading("opacity")
         opacity.setToolTip(self.height_box.toolTip())
         edits = fill(QHBoxLayout(), self.edits_heading, 0, opacity, self.height_box, spacing=6)
-        self._foot = fill(QHBoxLayout(), margins=(4, 6, 0, 0), spacing=8)
-        self._foot.addWidget(self._said, 1)
-        rows: list[QWidget | QHBoxLayout] = [self.values_heading, self.values_note]
-        rows += [*self.value_rows, edits, *self.edit_rows, self.edits_note, self._foot]
+        self._said.setContentsMargins(4, 0, 0, 0)
+        rows: list[QWidget | QHBoxLayout] = [self.values_note, *self.value_rows, edits]
+        rows += [*self.edit_rows, self.edits_note, self._said]
         fill(QVBoxLayout(page), *rows, 0, margins=(8, 0, 8, 4))
         scroll = QScrollArea(widgetResizable=True)
         scroll.setProperty("role", "side")
@@ -371,7 +362,7 @@ class FindingsPanel(QFrame):
         scroll.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         scroll.setWidget(page)
         scroll.setMinimumHeight(60)
-        fill(QVBoxLayout(self), self._head, scroll, margins=(1, 0, 0, 0))
+        fill(QVBoxLayout(self), head, scroll, margins=(1, 0, 0, 0))
 
     def _emphasis(
         self, index: int, how: Emphasis, text: str, width: int, tip: str
