@@ -288,13 +288,14 @@ class EnginePane(QWidget):
         return f"{self.light}, {samples} sample{'s' * (samples > 1)} of each pixel"
 
     def _drawn_text(self) -> str:
-        """Light and progress of the image: "path traced, 8 of 32 samples"."""
+        """Light, unless the title says it, and progress: "path traced, 8 of 32 samples"."""
         count, most = self.samples, self._most_samples
-        if not (count and most):
+        if not most:
             return self._drawer
-        if self._is_finer_next and count < most:
-            return f"path traced, {count} of {most} samples"
-        return f"path traced, {count} sample{'s' * (count > 1)}"
+        how = "" if self.title.endswith(self.light) else "path traced"
+        of = f" of {most}" if self._is_finer_next and count < most else ""
+        many = f"{count}{of} sample{'s' * (count > 1 or bool(of))}" * bool(count)
+        return ", ".join(filter(None, (how, many)))
 
     def _progress(self) -> float | None:
         """Share of the pixels that are drawn; None for a complete image."""

@@ -39,13 +39,14 @@ class FigureSettings:
 
     longer_side: _Side = 0  # in pixels, in the image's proportions; 0 for the size on the screen
     own_size: tuple[_Side, _Side] | None = None  # width and height in other proportions
-    background: tuple[_Byte, _Byte, _Byte] | Literal["gradient"] | None = (0, 0, 0)
-    """None is a transparent one."""
+    background: tuple[_Byte, _Byte, _Byte] | Literal["gradient", "window"] | None = "window"
+    """The window's, or another; None is a transparent one."""
     legend: bool = False
     scale_bar: bool = False
     samples: Annotated[int, Meta(ge=0, le=4096)] = 0  # of a pixel; 0 for the usual number
     seconds: Annotated[float, Meta(ge=0, le=600)] = 0.0  # of a movie; 0 for a figure
     rate: Annotated[int, Meta(ge=1, le=60)] = 25  # frames a second
+    session: bool = True  # whether PNG files hold the session
 
 
 @dataclass(frozen=True)

@@ -26,7 +26,7 @@ from PySide6.QtGui import (
 
 from app.image_view.image_canvas import centred, picture_on, to_qimage
 from app.number_box import short
-from app.picture import BLACK, WHITE, Background, compose, empty_picture, is_bright
+from app.picture import BLACK, DPI, WHITE, Background, compose, empty_picture, is_bright
 from app.tf_editor.unit_axis import ticks
 from model.rendering.raster import at_size_of
 from model.rendering.scale_bar import Scale, ScaleBar
@@ -37,9 +37,10 @@ from model.scene.view import Projection, View
 from model.scene.volume import Triple
 from model.sensitivity.display import LEAST_DIFFERENCE, Shown, color_bar, overlay, scale_of
 
-TEXT_SIZE = 1 / 42  # height of the text relative to the shorter side of the image
-LEAST_TEXT = 10  # least height of the text in pixels
-LEAST_LINES = 12  # an image with room for fewer lines of text has no marks
+PRINTED, PAGE = 8 / 72, 180 / 25.4  # height of a figure's text and width of a page, in inches
+MOST_TEXT = 1 / 26  # of an image's shorter side: larger text would cover what it shows
+LEAST_TEXT = 8  # pixels
+LEAST_SIDE = 120  # in pixels: a smaller image has no marks
 
 LIGHT, DARK = QColor(255, 255, 255), QColor(0, 0, 0)
 
@@ -63,12 +64,11 @@ class Marks:
 
     @classmethod
     def over(
-        cls, painter: QPainter, rect: QRect, background: Background | None = BLACK
+        cls, painter: QPainter, rect: QRect, text: int, background: Background | None = BLACK
     ) -> Marks | None:
-        """Return the marks of an image in a rectangle; None if it is too small for text."""
-        side = min(rect.width(), rect.height())
-        text = max(round(TEXT_SIZE * side), LEAST_TEXT)
-        return cls(painter, rect, text, background) if side >= LEAST_LINES * text else None
+        """Return the marks of an image in a rectangle; None if it is too small for them."""
+        is_large = min(rect.width(), rect.height()) >= LEAST_SIDE
+        return cls(painter, rect, text, background) if is_large else None
 
     def __init__(
         self, painter: QPainter, rect: QRect, text: int, background: Background | None
@@ -160,7 +160,7 @@ class Marks:
         marks = ticks(tf.scalar_range, max(min(int(length / (2.2 * text)), 6), 1), tf.scale)
         widest = max((self._width_of(label) for _, label in marks), default=0.0)
         margin, gap = 1.2 * text, 0.4 * text
-        strip, curve = 0.9 * text, 2.2 * text
+        strip, curve = 0.8 * text, 1.8 * text
         left = rect.right() - margin - widest - 2 * gap - strip
         bar = QRectF(left, rect.bottom() - margin - text / 2 - length, strip, length)
         peaks: list[str] = []
@@ -183,7 +183,7 @@ class Marks:
         above = (1.2 if len(tfs) == 1 else 1.8) * text
         self._write_before(rect.right() - margin, bar.top() - above, title)
         reach = f"opacity up to {', '.join(peaks)}"
-        self._write_before(bar.right(), bar.bottom() + 1.3 * text, reach)
+        self._write_before(rect.right() - margin, bar.bottom() + 1.3 * text, reach)
 
     def _paint_colors(self, bar: QRectF, profile: QRectF, tf: TransferFunction) -> None:
         """Paint the strip of colours and the curve of opacities, the highest value at the top."""
@@ -273,6 +273,7 @@ class FigureChoice:
     samples: int = 0  # of each pixel of a path-traced ground truth; 0 without path tracing
     seconds: float = 0.0  # of a movie; 0 for a figure
     rate: int = 25  # frames a second
+    session: bool = True  # whether a PNG file holds the session
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -351,12 +352,15 @@ def figure(
     painter.setRenderHints(hint.Antialiasing | hint.SmoothPixmapTransform)
     how = Qt.AspectRatioMode.IgnoreAspectRatio, Qt.TransformationMode.SmoothTransformation
     keep = Qt.AspectRatioMode.KeepAspectRatio
+    # A wider figure is reduced to a page.
+    printed = PRINTED * max(DPI, choice.width / PAGE)
     for name, image, background, place in zip(names, shown, grounds, panels(choice), strict=False):
         rect = centred(image.size().scaled(place.size(), keep), place)
         if image is not result:
             whole = painter.transform().mapRect(rect).size()
             painter.drawImage(rect, image.scaled(whole, *how))
-        marks = Marks.over(painter, rect, background)
+        text = max(min(printed, MOST_TEXT * min(rect.width(), rect.height())), LEAST_TEXT)
+        marks = Marks.over(painter, rect, round(text), background)
         if marks is None:
             continue
         if len(names) > 1:

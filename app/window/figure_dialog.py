@@ -74,7 +74,12 @@ class FigureDialog(QDialog):
         self.legend_box, self.scale_box = QCheckBox("Colour legend"), QCheckBox("Scale bar")
         self.legend_box.setToolTip("A colour bar with the scalar values, at the lower right")
         self.scale_box.setToolTip(f"In perspective, its length holds {DEPTH_TEXT}")
-        self.samples_box = _samples_box(begin.samples) if begin.samples else None
+        self.session_box = QCheckBox("Keep the session in the file")
+        self.session_box.setToolTip(
+            "A PNG figure then opens like a session. It holds TF, view, light and regions, and the "
+            "name of the volume's file, which may be a patient's."
+        )
+        self.samples_box = _samples_box(begin.samples)
         self._cost = label("", "dim")
         widest = f"69.4 × 69.4 mm at {DPI} dpi, about 599 min"
         self._cost.setMinimumWidth(self._cost.fontMetrics().horizontalAdvance(widest))
@@ -94,10 +99,10 @@ class FigureDialog(QDialog):
         if is_movie:
             background = background or BLACK
         marks = self.legend_box.isChecked(), self.scale_box.isChecked()
-        samples = self.samples_box.currentData() if self.samples_box else 0
         seconds = self.seconds_box.value() if is_movie else 0.0
         which, rate = self.which_box.currentData(), self.rate_box.value()
-        return FigureChoice(width, height, background, *marks, which, samples, seconds, rate)
+        samples, keeps = self.samples_box.currentData(), self.session_box.isChecked()
+        return FigureChoice(width, height, background, *marks, which, samples, seconds, rate, keeps)
 
     def show_preview(self, picture: QImage, pace: float) -> None:
         """Show the figure, small; a sample of a pixel has taken so many seconds."""
@@ -124,7 +129,7 @@ class FigureDialog(QDialog):
         sides = fill(QHBoxLayout(), self.width_box, QLabel("×"), self.height_box, spacing=6)
         sides.setStretch(0, 1)
         sides.setStretch(2, 1)
-        rows: list[tuple[str, QWidget | QHBoxLayout | None]] = [
+        self._form = form(
             ("Show", self.which_box),
             ("", self.movie_box),
             ("", self._no_movie),
@@ -138,8 +143,8 @@ class FigureDialog(QDialog):
             ("Background", self.background_box),
             ("", self.legend_box),
             ("", self.scale_box),
-        ]
-        self._form = form(*((name, field) for name, field in rows if field is not None))
+            ("", self.session_box),
+        )
         # Its longest name is not always shown, and the fields must not move by that.
         longest = self._form.labelForField(self.rate_box).sizeHint().width()
         self._form.labelForField(self.size_box).setMinimumWidth(longest)
@@ -159,6 +164,7 @@ class FigureDialog(QDialog):
         self.background_box.show_background(begin.background)
         self.legend_box.setChecked(begin.legend)
         self.scale_box.setChecked(begin.scale_bar)
+        self.session_box.setChecked(begin.session)
         self._set_present()
         if begin.height:
             self.keep.setChecked(False)
@@ -179,8 +185,7 @@ class FigureDialog(QDialog):
             changed.connect(self._follow)
         for box in (self.seconds_box, self.rate_box):
             box.valueChanged.connect(self._show_cost)
-        if self.samples_box is not None:
-            self.samples_box.currentIndexChanged.connect(self._show_cost)
+        self.samples_box.currentIndexChanged.connect(self._show_cost)
 
     def _copy(self) -> None:
         self.copies = True
@@ -197,14 +202,16 @@ class FigureDialog(QDialog):
         for box in (self.seconds_box, self.rate_box):
             self._form.setRowVisible(box, is_movie)
         self.copy_button.setVisible(not is_movie)
+        self._form.setRowVisible(self.session_box, not is_movie)
         largest = LARGEST_MOVIE if is_movie else LARGEST_SIZE
         for box in (self.width_box, self.height_box):
             box.set_limits(LEAST_SIZE, largest)
         self._take_side(self.width_box, 0)
         # The difference has its own colours.
         self._form.setRowVisible(self.legend_box, which != "difference")
-        if self.samples_box is not None:
-            self._form.setRowVisible(self.samples_box, which not in ("generator", "difference"))
+        # It has no samples but in path-traced light.
+        has_samples = self.samples_box.currentData() and which not in ("generator", "difference")
+        self._form.setRowVisible(self.samples_box, bool(has_samples))
         self._show_result()
 
     def _show_result(self) -> None:

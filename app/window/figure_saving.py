@@ -179,14 +179,16 @@ class FigureSaving(QObject):
         if last is None:
             compares = self._context.state.tf_input.compares
             marks = overlays.has("legend") or compares, overlays.has("scale_bar")
-            last = FigureSettings(0, None, overlays.background, *marks)
-        which, look = self._which(), (last.background, last.legend, last.scale_bar)
+            last = FigureSettings(legend=marks[0], scale_bar=marks[1])
+        which, ground = self._which(), last.background
+        ground = overlays.background if ground == "window" else ground
         work = self._context.workspace.reference
         is_traced = "path" in (work.settings.lighting, work.settings_b.lighting)
         samples = (last.samples or FIGURE_SAMPLES) if is_traced else 0
         seconds = 0.0 if which == "difference" else last.seconds
         width, height = last.own_size or (last.longer_side, 0)
-        return FigureChoice(width, height, *look, which, samples, seconds, last.rate)
+        how = which, samples, seconds, last.rate, last.session
+        return FigureChoice(width, height, ground, last.legend, last.scale_bar, *how)
 
     def sizes(self) -> dict[Which, Size]:
         """Width and height in screen pixels of all that can be drawn now."""
@@ -258,7 +260,7 @@ class FigureSaving(QObject):
         subject = replace(self._overlays.subject, titles=titles, b=b, view=view, wipe=wipe)
         # So that the figure has the numbers of the screen.
         compared = self._error.compared if choice.which == "difference" else None
-        texts = self._sessions.texts_for(place)
+        texts = self._sessions.texts_for(place) if choice.session else {}
         return _Job(choice, place, frames, subject, self._chosen, texts, compared)
 
     @property
@@ -306,7 +308,8 @@ class FigureSaving(QObject):
     def _remember(self, choice: FigureChoice) -> None:
         last = self._context.preferences.settings.figure
         samples = choice.samples or (last.samples if last else 0)
-        look = choice.background, choice.legend, choice.scale_bar
+        # The window's changes with it.
+        ground = "window" if choice.background == self._overlays.background else choice.background
         size = choice.width, choice.height
         width, height = shown = self.sizes().get(choice.which, size)
         longer, own = 0 if size == shown else max(size), None
@@ -314,7 +317,8 @@ class FigureSaving(QObject):
         if abs(choice.width * height - choice.height * width) > 3 * max(shown):
             longer, own = 0, size
         seconds = choice.seconds or (last.seconds if last else 0.0)
-        kept = FigureSettings(longer, own, *look, samples, seconds, choice.rate)
+        how = samples, seconds, choice.rate, choice.session
+        kept = FigureSettings(longer, own, ground, choice.legend, choice.scale_bar, *how)
         self._context.preferences.set(figure=kept)
 
     def _take(self, name: str, result: Result) -> None:

@@ -118,8 +118,9 @@ class Overlays(QObject):
         marks.line(subject, state.view)
 
     def _marks(self, pane: EnginePane, painter: QPainter) -> Marks | None:
-        there = pane.canvas.picture_rect & pane.canvas.rect()
-        return Marks.over(painter, there, self.background)
+        canvas = pane.canvas
+        there, text = canvas.picture_rect & canvas.rect(), canvas.fontInfo().pixelSize()
+        return Marks.over(painter, there, text, self.background)
 
     def paint_line(self, pane: EnginePane, painter: QPainter) -> None:
         """Paint the ruler's line over what covers a pane's image."""

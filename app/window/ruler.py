@@ -121,7 +121,7 @@ class Ruler(QObject):
     def _paint(self, view: SliceView, painter: QPainter) -> None:
         """Paint the line in a slice that has its ends."""
         subject, state, axis = self._overlays.subject, self._slices.state, view.plane.axis
-        marks = Marks.over(painter, view.rect())
+        marks = Marks.over(painter, view.rect(), view.fontInfo().pixelSize())
         if state.volume is not None and subject.line and marks is not None:
             places = (
                 voxel_of(state.volume, state.place),

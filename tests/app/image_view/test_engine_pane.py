@@ -76,8 +76,11 @@ def test_fewer_samples_of_the_same_scene_are_shown_only_at_the_end(pane):
     seen = [shown(1, 1), shown(2, 8), shown(3, 1), shown(4, 8), shown(5, 1), shown(6, 4, True)]
     assert seen == [1, 2, 2, 4, 4, 6]
     # In another light it is another picture.
-    pane.set_light("soft light")
-    assert shown(7, 1) == 7
+    pane.set_light("path-traced light", most_samples=8)
+    assert shown(7, 2) == 7 and pane.caption.detail == "path traced, 2 of 8 samples"
+    # Nothing is said twice.
+    pane.title = "B, path-traced light"
+    assert pane.caption.detail == "2 of 8 samples"
 
 
 def test_pixels_keep_their_place_and_value_within_the_range():

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from mouse_events import action
 from PySide6.QtCore import Qt
-from PySide6.QtGui import QGuiApplication, QImage
+from PySide6.QtGui import QFont, QFontMetricsF, QGuiApplication, QImage
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QDialog, QFileDialog, QMessageBox, QPushButton
 from ramp import make_tf
@@ -409,8 +409,12 @@ def made(choice, reduced=None, **images):
     return pixels_of(figure(choice, drawn, INPUTS, subject, reduced=reduced)).astype(int)
 
 
-@pytest.mark.parametrize("size", [(600, 600), (1000, 500), (500, 1000)])
-def test_the_scale_bar_is_as_long_as_the_scale_says(size):
+@pytest.mark.parametrize(
+    ("size", "text"),
+    # 8 points at 300 dpi and on a page of 180 mm, or less in small images.
+    [((1000, 500), 500 / 26), ((500, 1000), 500 / 26), ((1400, 1000), 33), ((4252, 2000), 67)],
+)
+def test_the_scale_bar_is_as_long_as_the_scale_says_and_its_text_as_high_as_in_print(size, text):
     width, height = size
     image = plain(0.0, height, width)
     without = made(FigureChoice(width, height, BLACK), reference=image)
@@ -418,12 +422,17 @@ def test_the_scale_bar_is_as_long_as_the_scale_says(size):
     assert (without == 0).all()
     changed = np.abs(shown - without).max(axis=-1) > 128
     rows, columns = np.nonzero(changed)
-    assert rows.min() > 0.9 * height and columns.max() < width / 2
+    assert rows.min() > height - 3.5 * text and columns.max() < width / 2
+    font = QFont()
+    font.setPixelSize(round(text))
+    drawn = changed.any(axis=1)[rows.min() :]
+    of_text = QFontMetricsF(font).tightBoundingRect("50 mm").height()
+    assert np.argmin(drawn) == pytest.approx(of_text, abs=2)
     bar = SCALE.bar(INPUTS.view)
     length = bar.share * min(size)
     # The longest row of pixels is the bar.
     longest = changed.sum(axis=1).max()
-    assert longest == pytest.approx(length, abs=4)
+    assert longest == pytest.approx(length, abs=max(4, text / 10))
 
 
 def test_a_narrow_image_has_a_short_legend():

@@ -65,6 +65,8 @@ def test_all_comes_back(qtbot, start_again, builders, volume, tmp_path):
     assert texts.text("Volume") == "ramp" and texts.text("Software").startswith("tfscope")
     held = texts.text(FIGURE_TEXT)
     assert str(tmp_path) not in held and json.loads(held)["volume"]["path"] == "ramp"
+    bare = saved_figure(qtbot, window, FigureChoice(90, 40, session=False), tmp_path / "b.png")
+    assert {*texts.textKeys()} - {*bare.textKeys()} == {"Volume", FIGURE_TEXT}
     # Another look, of the same window.
     window.state.tf_input.set(make_tf(), "back")
     window.state.set_view(View(0.0, 0.0, 0.0, 1.0))
