@@ -127,10 +127,13 @@ class ViewNavigation(QObject):
         self.set_view(replace(self.view, is_orthographic=on))
 
     def view_whole(self) -> None:
-        """Move the camera to where the whole volume just fits the image."""
+        """Move the camera to where the whole volume just fits the image, in its middle."""
         fitting = orientation.fit_distance(self.proportions, self.view, reach=self._reach)
         distance = min(fitting, orientation.FARTHEST_HOME)
-        self.set_view(replace(self.view, distance=distance, pan_x=0.0, pan_y=0.0))
+        view = replace(self.view, distance=distance, pan_x=0.0, pan_y=0.0)
+        if self._reach != SQUARE:
+            view = orientation.panned_to(view, self.proportions)
+        self.set_view(view)
 
     def look_from(self, name: str) -> None:
         """Look from one of :data:`~model.scene.orientation.STANDARD_VIEWS`; keep the distance."""

@@ -180,9 +180,14 @@ def centred(
     if (nearby := line_distance(proportions)) is not None:
         return replace(view, distance=nearby)
     distance = _nearest(view, proportions, points, reach, view.distance)
-    low, high = _ends(view, proportions, points, distance)
+    return panned_to(replace(view, distance=distance), proportions, points)
+
+
+def panned_to(view: View, proportions: Triple, points: NDArray[np.float64] = WHOLE) -> View:
+    """Pan a view to the middle of some points."""
+    low, high = _ends(view, proportions, points, view.distance)
     pan_x, pan_y = map(float, -(low + high) / 2)
-    return replace(view, distance=distance, pan_x=pan_x, pan_y=pan_y)
+    return replace(view, pan_x=pan_x, pan_y=pan_y)
 
 
 def _nearest(

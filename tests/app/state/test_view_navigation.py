@@ -38,6 +38,10 @@ def test_home_shows_a_part_and_the_whole_volume_is_one_step_away(state):
     state.set_view(replace(state.view, pan_x=0.4))
     state.view_whole()
     assert state.view == home_view(BOX, "+x")
+    state.set_reach((1.5, 0.5))
+    state.view_whole()
+    places = Projection(state.view, state.proportions).places(WHOLE)
+    assert places.min(axis=0) == pytest.approx(-places.max(axis=0))
 
 
 def test_the_home_view_follows_the_image_while_it_is_looked_from(state):
