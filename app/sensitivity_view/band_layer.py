@@ -19,6 +19,7 @@ from app.state.sensitivity_state import SensitivityState
 from app.state.viewer_state import ViewerState
 from app.tf_editor.plot_area import PlotArea
 from model.scene.tf_perturbation import band_of_edit
+from model.scene.transfer_function import Range
 
 
 class PlotMouse(QObject):
@@ -172,18 +173,18 @@ class BandLayer:
         color.setAlpha(50)
         self._rect.setBrush(color)
         self._rect.setRect(left, 0.0, right - left, 1.0 + self._area.headroom)
-        self._show_tag((left + right) / 2)
+        self._show_tag(values, (left + right) / 2)
 
-    def _show_tag(self, place: float) -> None:
+    def _show_tag(self, drawn: Range, place: float) -> None:
         band = self._asked.band
         assert band is not None
-        text = self._state.range_text(band.values)
         asks_edit = band.effect or self.asks_edit
         if asks_edit:
-            text = f"edit at {text}"
+            text = f"edit at {self._state.range_text(band.values)}"
         else:
             width = self._asked.choices.width
             share = self._visible.share_of(band.values, self._state.scalar_range, width)
+            text = self._state.range_text(drawn if band.low == band.high else band.values)
             text += "" if share is None else f": {_percent(share)} of what is visible"
         color = theme.CHANGE if asks_edit else theme.VISIBLE
         self.tag.show_band(text, color, band.kept and not self._asked.dragging)

@@ -224,6 +224,7 @@ def effect_text(found: WhatIf) -> str:
 Emphasis = Literal["raise", "lower", "isolate"]
 
 LEAST_HIDDEN = 0.005  # opacity below which the notice calls values transparent
+LEAST_RAISED = 0.1  # rise of opacity that the notice mentions
 
 
 class EditActions:
@@ -279,7 +280,8 @@ class EditActions:
         values, (low, high) = np.linspace(*before.scalar_range, TF_SAMPLES), reach
         outside = (values < low - self._width) | (values > high + self._width)
         hidden = (before(values) - after(values))[outside].max(initial=0.0) > LEAST_HIDDEN
-        more = ", more opaque than before" if (after(values) > before(values)).any() else ""
+        raised = (after(values) - before(values)).max() > LEAST_RAISED
+        more = ", more opaque than before" if raised else ""
         others = ": the others are transparent now" if hidden else ": no others were visible"
         self._say(f"Values {self._state.range_text(reach)} are shown alone{more}{others}.")
 

@@ -1,3 +1,4 @@
+import re
 import threading
 from dataclasses import replace
 from pathlib import Path
@@ -305,6 +306,11 @@ def test_hovering_shows_the_field_with_its_image(qtbot, window, builders):
     QApplication.sendEvent(window.editor.area.widget.viewport(), QEvent(QEvent.Type.Leave))
     assert window.reference.canvas.cover is None
     assert window.sensitivity.exact.caption == ""
+    window.sensitivity_state.hover(140.0, effect=False)
+    # The tag has the values of the band on the plot, up to half of the edit's height.
+    half = window.sensitivity_state.choices.width * 100 / 255 * np.sqrt(2 * np.log(2))
+    low, high = re.findall(r"\d+\.?\d*", window.sensitivity.band.tag.text.text())[:2]
+    assert (float(low), float(high)) == pytest.approx((140 - half, 140 + half), abs=0.6)
 
 
 def test_hovering_shows_where_the_value_is_visible_and_with_ctrl_what_an_edit_would_change(
