@@ -18,7 +18,8 @@ from PySide6.QtGui import (
 
 from app import theme
 from app.controls import ARROWS, Painted
-from app.image_view.image_canvas import LEAST_PROGRESS, KeyedWidget, paint_progress, to_qimage
+from app.image_view.image_canvas import LEAST_PROGRESS, KeyedWidget, paint_progress
+from app.picture import BLACK, Background, compose
 from app.state.edits import Brightness
 from app.state.latent_pictures import GridPicture
 from model.latent.latent_map import CELLS
@@ -37,6 +38,7 @@ class CellGrid(KeyedWidget):
     zoomed = Signal(object)  # emitted with the cell to come closer to, or None to go back
     hovered = Signal(object)  # with the cell under the mouse, or None
 
+    background = Painted[Background](BLACK, "_paint_images")
     is_stale = Painted(False)  # of an earlier view, light or colours
     message = Painted("")  # where there are no pictures
     progress = Painted[float | None](None)  # progress of the pictures, if they take long
@@ -66,7 +68,7 @@ class CellGrid(KeyedWidget):
                 brightness = self._brightness.of(source)
                 if cell in exposures:
                     brightness = self._brightness.usual[source] * exposures[cell]
-                self.images[cell] = to_qimage(image, brightness)
+                self.images[cell] = compose(image, self.background, brightness)
         self.update()
 
     @property
@@ -127,7 +129,7 @@ class CellGrid(KeyedWidget):
         metrics = QFontMetricsF(font)
         width, height = metrics.horizontalAdvance(text) + 8, metrics.height()
         box = QRectF(rect.right() - width, rect.bottom() - height, width, height)
-        painter.fillRect(box, QColor(0, 0, 0, 110))
+        painter.fillRect(box, QColor(0, 0, 0, 180))
         painter.setPen(QColor(theme.ON_IMAGE.dim))
         painter.drawText(box, Qt.AlignmentFlag.AlignCenter, text)
         painter.setFont(usual)

@@ -38,7 +38,7 @@ class Chip(QToolButton):
     ) -> None:
         super().__init__()
         self._form = form
-        self.caption, self.is_on = name, True
+        self.caption, self.longest, self.is_on = name, "", True
         self.is_folded = False  # whether the colour is shown without the text
         if switch is not None:
             self.setCheckable(True)
@@ -54,7 +54,7 @@ class Chip(QToolButton):
         hint = super().sizeHint()
         if self.is_folded:
             return hint
-        text = self.fontMetrics().horizontalAdvance(self.text())
+        text = self.fontMetrics().horizontalAdvance(f" {max(self.caption, self.longest, key=len)}")
         return QSize(min(_ICON.width() + text + AROUND, hint.width()), hint.height())
 
     def refresh(self) -> None:
@@ -124,9 +124,10 @@ CHANGE_TIP = (
     "The flags mark the edits that change most. Both are shown once there is a region."
 )
 VISIBLE_TIP = (
-    "The green area: how much of each value the region shows.\n"
+    "The green area: how much of each value the image, or the active region, shows.\n"
     "Point at a value to see where it is in the image."
 )
+VISIBLE_IN = "Visible in {}"
 VOXELS_TIP = "How many voxels have each value, on a logarithmic scale"
 
 
@@ -146,6 +147,7 @@ class ChipBar(QWidget):
         self.more = named(text_button("▾", tip, role="chip"), "Change: measure and engine")
         self.more.setFixedSize(24, 24)
         self.visible = Chip("Visible", "visible", VISIBLE_TIP, partial(asked.show_layer, "visible"))
+        self.visible.longest = VISIBLE_IN.format("region")  # so that nothing next to it moves
         self.voxels = Chip("Voxels", "voxels", VOXELS_TIP, self._show_voxels)
         self.panel = IconButton("panel", "Values and edits", "F8")
         self.panel.setCheckable(True)
@@ -218,6 +220,8 @@ class ChipBar(QWidget):
         self.region.caption = f"{short} ▾"
         self.region.setAccessibleName(f"Region: {name}")
         self.region.setEnabled(choices.shown)
+        whole = self._state.active is None
+        self.visible.caption = VISIBLE_IN.format("image" if whole else "region")
         self.change.is_on = self._state.shows_curve
         self.visible.is_on = choices.shown and choices.visible
         self.voxels.is_on = self._histogram.curve.isVisible()

@@ -319,7 +319,8 @@ class FindingsPanel(QFrame):
         name, is_place = asker.asked.region_name, asker.asked.place is not None
         self.title.full_text = "Clicked place" if is_place else name
         # Edits are always those of the region.
-        self.edits_heading.setText(f"{name}: add" if is_place else "Add a mode")
+        whose = "the whole image" if asker.asked.active is None else name
+        self.edits_heading.setText(f"Change {whose}" if is_place else "Add a mode")
         self.rename.setEnabled(asker.asked.active is not None)
         for note, rows, found in (
             (self.values_note, self.value_rows, values),

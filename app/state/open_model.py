@@ -146,6 +146,11 @@ class OpenModel:
         return scene if scene.volume_fingerprint == opened.fingerprint else None
 
     @property
+    def is_foreign(self) -> bool:
+        """Whether it was trained on another volume than the open one."""
+        return None not in (self.scene or self._promised, self.opened) and not self.volume_scene
+
+    @property
     def lighting(self) -> Lighting:
         """Lighting of the generator's images; none without a model of the open volume."""
         scene = self.volume_scene
@@ -165,7 +170,7 @@ class OpenModel:
     def match(self, is_reading: bool) -> None:
         """Pause the generator unless it was trained on the open volume, or is being loaded."""
         opened = self.opened
-        if self.folder is None:
+        if self.folder is None or (self.scene is not None and self.is_foreign):
             self._client.pause(NO_MODEL)
         elif self.draws_path:
             self._client.resume()
@@ -174,11 +179,6 @@ class OpenModel:
                 self._client.pause("Waiting for the volume …", settled=False)
             else:
                 self._client.pause(NO_VOLUME)
-        elif self.scene is not None and self.volume_scene is None:
-            self._client.pause(
-                f"This model was trained on '{self.scene.volume_name}', not on this volume; "
-                "open that volume, or a model trained on this one."
-            )
         elif self.scene and opened and self.scene.scale != opened.volume.scale:
             self._client.pause(
                 f"This model was trained on {SCALE_NAMES[self.scene.scale]}; the TFs here are over "

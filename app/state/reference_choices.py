@@ -69,7 +69,8 @@ def quiet_seconds(lighting: Lighting, result: Result) -> float | None:
     image = result.image
     if image is None or image.quiet_seconds is None or lighting not in SLOW_S:
         return None
-    if lighting == "direct" and (not image.by_raycast or result.request.quality.live):
+    # Soft light is judged while something moves: it must not replace a finished picture.
+    if result.request.quality.live != (lighting == "soft") or not image.by_raycast:
         return None
     rows, columns = image.rgba.shape[:2]
     return image.quiet_seconds * min(1.0, JUDGED_SIZE[lighting] ** 2 / (rows * columns))

@@ -15,33 +15,33 @@ Drag, or arrow keys | turn | Drag | turn
 Wheel, or + and − | zoom in on what is under the mouse, zoom out | Wheel | zoom
 Click in an image | show the values there | Click | values here
 R, then drag in an image | draw a rectangle (L: a lasso) | R | region
-Right drag, or Ctrl and drag; Page up, down | roll
+Right drag, Ctrl and drag, or Page up and down | roll
 Right click, also in a slice | a menu
-Middle drag, or Shift and drag; Ctrl and arrow keys | pan
+Middle drag, Shift and drag, or Ctrl and arrow keys | pan
 Double click, or Home | return to the first view
 F | fit the whole volume into the image | F | fit
-Click a face of the cube | look from there; drag it to turn
+Click a face of the cube | look from there. Drag it to turn
 Drag a round handle of the crop box (K) | move that plane
-Shift+K | cut by a plane that faces the viewer; drag its arrow to turn it
+Shift+K | cut by a plane that faces the viewer. Drag its arrow to turn it
 O | orthographic view, or perspective
 Click, then I or X | isolate what is connected there, or cut it away: a mask
-M, then two clicks or a drag, also in a slice | measure their distance; Escape removes it
-C, D | two images or one; their difference
+M, then two clicks or a drag, also in a slice | measure their distance. Escape removes it
+C | two images, or one. D shows their difference
 Shift+O | show or hide the opacity images
 Drag the ball in the top bar, or Ctrl, Shift and drag | move the light
 # A and B (A)
 Click an image | edit its TF
 Shift+A | edit the other image's TF
 Ctrl+Shift+B | swap A and B
-Ctrl+Shift+W | both in one image; drag the line between them
+Ctrl+Shift+W | both in one image. Drag the line between them
 # Slices (S)
-Wheel, or Page up and down; with Shift | the next slice; ten at once | Wheel | next slice
+Wheel, or Page up and down | the next slice. With Shift, ten at once | Wheel | next slice
 Drag | move the cross-hair | Drag | cross-hair
 Double click | this slice alone, or all three | Double click | large
-Ctrl and wheel; F or Home | zoom; all of the slice | Ctrl wheel, F | zoom, fit
+Ctrl and wheel | zoom. F or Home shows all of the slice | Ctrl wheel, F | zoom, fit
 Middle drag, or Shift and drag | pan
 Right drag | window and level of grey | Right drag | grey
-I; X | show the connected voxels alone; cut them away | I | isolate
+I or X | show the connected voxels alone, or cut them away | I | isolate
 Rest the mouse on a voxel | where is its value visible? | Rest | where visible
 Click in an image, then up and down | go through what shows there | ↑ ↓ | along the ray
 # Drawing a region
@@ -65,13 +65,13 @@ Drag a mode's peak, or a point | its value and opacity | Drag | move a handle
 Drag a square at its side | its width
 Double click between the handles | add a mode or point | Double click | add
 Drag a line at an end of the range | stretch the TF (with Ctrl: cut it)
-Ctrl and wheel, middle drag; Home | zoom and move the axis; all of it
+Ctrl and wheel | zoom the axis. A middle drag moves it, Home shows all of it
 Click the colour strip | add a colour stop
 Double click a colour stop | choose its colour
-Shift and drag, or Ctrl+A; then drag a handle | select several, move them together
+Shift and drag, or Ctrl+A | select several. Drag one of them to move all
 Arrow keys, faster with Shift | move the selection
 Delete | remove the selection | Delete | remove
-F2 | type the numbers of the selection; Tab goes on | F2 | numbers
+F2 | type the numbers of the selection. Tab goes on | F2 | numbers
 # Values and edits
 ▲, ▼ or Isolate in a row | raise, lower or isolate its values | ▲ ▼ | edit
 Add in a row | add that mode to the TF | Add | add a mode
@@ -89,18 +89,18 @@ Drag outside the rectangle, or with Shift | draw a new rectangle | Shift drag | 
 Drag in the rectangle, at its edges | move it, resize it
 Middle drag, or Ctrl and drag | move the map
 Home | show the whole map
-Escape | stop what is running; close the map | Esc | close
+Escape | stop what is running, or else close the map | Esc | close
 # Window
 F6, Shift and F6 | the next area, the one before
 F8 | show or hide values and edits
 F9 | fold or unfold the TF editor
 F10, or Alt in a narrow window | the menus
-Escape | end the last action; dismiss the newest notice
-Ctrl+Z; Ctrl+Y | undo, redo an edit; for the view, Home
-Ctrl+Shift+S; Ctrl+Shift+C | save a figure; copy the image
+Escape | end the last action, or dismiss the newest notice
+Ctrl+Z | undo an edit. Ctrl+Y redoes it
+Ctrl+Shift+S | save a figure. Ctrl+Shift+C copies the image
 B | browse TFs
 """
-"""Gesture | its effect; then both in short, for the status line."""
+"""Gesture | its effect | both in short, for the status line."""
 
 
 def _areas() -> dict[str, list[list[str]]]:

@@ -293,7 +293,8 @@ class MainWindow(WindowParts):
         """Make room for the generator's image, or give its room to the reference."""
         model = self.workspace.model
         self.panes.is_enough = not model.is_shown
-        self.panes.has_model = model.folder is not None and not model.awaits_path
+        is_absent = model.folder is None or model.awaits_path or model.is_foreign
+        self.panes.has_model = not is_absent
         self.generator.set_drawer(model.drawer, model.errors)
         self.generator.set_light(LIGHTS[model.lighting])
         self.brightness.set_lighting("learned", model.lighting)

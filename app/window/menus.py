@@ -144,7 +144,8 @@ class Menus:
         tf_input, model = window.state.tf_input, window.workspace.model
 
         def has_only_b() -> bool:
-            return tf_input.compares or not (model.folder or panes.is_browsing)
+            has_other = panes.has_model or model.awaits_path or panes.is_browsing
+            return tf_input.compares or not has_other
 
         def compare_images() -> None:
             if has_only_b():

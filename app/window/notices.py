@@ -25,6 +25,7 @@ class Notices(QWidget):
     def __init__(self) -> None:
         super().__init__()
         self._lines: list[_Line] = []
+        self.image: QWidget | None = None  # which has the focus after the last notice
         self.before: QWidget | None = None  # from which Tab goes to later notices
         self._column = fill(QVBoxLayout(self), spacing=4)
         self.more = label("", "dim")
@@ -105,9 +106,12 @@ class Notices(QWidget):
         line.hide()
         line.deleteLater()
         self._show()
-        if self._lines and focused:
+        if focused and self._lines:
             # Escape, pressed again, dismisses the next one.
             self._lines[min(place, len(self._lines) - 1)].dismissal.setFocus()
+        elif focused and self.image is not None:
+            # Otherwise Qt would move it to the editor's first button.
+            self.image.setFocus()
 
 
 class _Line(Card):
@@ -134,6 +138,8 @@ class _Line(Card):
 
 TOP, BOTTOM = 40, 44  # distance to the upper edge (captions) and the lower one (colour bars)
 SIDE, GAP = 8, 8  # least distance to the other edges, and between widgets, in pixels
+TOOLS_END = 52, 146  # to the right of the tools over the image, and below them, in pixels
+NARROW = 340  # width of an image beyond whose edges a notice reaches, in pixels
 
 _KINDS = QEvent.Type
 _PLACES = {
@@ -183,10 +189,14 @@ class Floating(QObject):
 
     def _place(self) -> None:
         area = self._area.rect()
-        y = TOP
+        ground, y = self._ground(), TOP
         for widget in self._shown("top"):
-            size = self._size_of(widget, area)
-            widget.setGeometry((area.width() - size.width()) // 2, y, size.width(), size.height())
+            size = self._size_of(widget, area if ground.width() < NARROW else ground)
+            middle = ground.center().x() - size.width() // 2
+            left = max(min(middle, area.width() - SIDE - size.width()), SIDE)
+            if left < ground.left() + TOOLS_END[0]:
+                y = max(y, min(TOOLS_END[1], area.height() - SIDE - size.height()))
+            widget.setGeometry(left, y, size.width(), size.height())
             y += size.height() + GAP
         shown = self._shown("bottom")
         self._row += [widget for widget in shown if widget not in self._row]

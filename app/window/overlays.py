@@ -13,6 +13,7 @@ from app.glosses import SENTENCES
 from app.image_view.engine_pane import EnginePane, OpacityInset
 from app.image_view.image_canvas import ImageCanvas
 from app.image_view.orientation_cube import OrientationCube
+from app.latent_browser.cell_grid import CellGrid
 from app.picture import BLACK, WHITE, Background
 from app.sensitivity_view.field_cover import are_alike, paint_bar
 from app.state.edited_tf import PaneName
@@ -34,9 +35,9 @@ Overlay = Literal["cube", "legend", "scale_bar", "opacity_images"]  # settings o
 class Overlays(QObject):
     """Shows overlays on each pane's image as the settings say, if there is a volume."""
 
-    def __init__(self, context: Context) -> None:
+    def __init__(self, context: Context, grid: CellGrid) -> None:
         super().__init__(context.window)
-        self._panes, self._state = context.panes, context.state
+        self._panes, self._grid, self._state = context.panes, grid, context.state
         self._canvases = canvases = [pane.canvas for pane in context.panes]
         self._preferences = context.preferences
         self.subject = Subject()
@@ -100,6 +101,7 @@ class Overlays(QObject):
             inset.is_shown = self.has("opacity_images")
             pane.background = self.background
             pane.canvas.update()
+        self._grid.background = self.background
 
     def _paint(self, pane: EnginePane, painter: QPainter, _square: QRect) -> None:
         state, subject = self._state, self.subject

@@ -12,7 +12,7 @@ from app.engines.background import Pause
 from app.engines.client import Channel
 from app.engines.messages import Result
 from app.engines.requests import BatchRequest, Quality
-from app.image_view.image_canvas import to_qimage
+from app.picture import compose
 from app.window.context import Context
 from model.scene.inputs import SceneInputs
 
@@ -70,8 +70,8 @@ class SmallPictures(QObject):
         state = self._context.state
         # The analyst draws in the light of the edited image.
         lit = state.lit("exact") if channel is self._analyst else "exact"
-        brightness = state.brightness.of(lit)
-        self._images[:] = (to_qimage(np.asarray(image), brightness) for image in result.value)
+        brightness, ground = state.brightness.of(lit), self._context.panes[1].background
+        self._images[:] = (compose(np.asarray(image), ground, brightness) for image in result.value)
         self._show(self._images)
         if self._traced and channel is self._analyst:
             self._traced, self._is_tracing = False, True

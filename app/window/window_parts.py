@@ -117,7 +117,7 @@ class WindowParts(QMainWindow):
 
     def _build_layers(self) -> None:
         """Stack the overlays on the images, and give them the mouse in order."""
-        self.overlays = Overlays(self.context)
+        self.overlays = Overlays(self.context, self.browser.grid)
         self.fidelity = FidelityLine(self.reference, self.state, self.workspace.reference)
         self.fidelity.judged.connect(partial(setattr, self.exactness, "moving"))
         # Before the sensitivities, so that it is below regions.
@@ -156,7 +156,7 @@ class WindowParts(QMainWindow):
         for pane in images:
             chain += [pane.canvas, pane.caption]
         order_focus(chain)
-        self.notice.before = chain[-1]
+        self.notice.image, self.notice.before = images[0].canvas, chain[-1]
 
     def areas(self) -> list[QWidget]:
         """Return the areas of the window that F6 goes through."""

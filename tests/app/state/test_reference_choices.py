@@ -20,9 +20,9 @@ from model.scene.view import View
 from model.scene.volume import Volume
 
 
-def image(side, by_raycast=True, quiet=1.6):
-    whole = Raster(side, side)
-    request = ImageRequest(SceneInputs.of(View(), make_tf()), Quality(side, raster=whole))
+def image(side, by_raycast=True, quiet=1.6, live=False):
+    quality = Quality(side, live, raster=Raster(side, side))
+    request = ImageRequest(SceneInputs.of(View(), make_tf()), quality)
     drawn = np.zeros((side, side, 4), np.float32)
     return Result(request, Image(drawn, 99.0, by_raycast=by_raycast, quiet_seconds=quiet))
 
@@ -31,13 +31,15 @@ def image(side, by_raycast=True, quiet=1.6):
     ("lighting", "drawn", "seconds"),
     [
         # A light counts by the pixels of what moves, or of a first image, however wide the pane.
-        ("soft", image(1024), 0.1),
-        ("soft", image(128), 1.6),
+        ("soft", image(1024, live=True), 0.1),
+        ("soft", image(128, live=True), 1.6),
         ("direct", image(768), 0.4),
+        # No finished picture loses its soft light.
+        ("soft", image(128), None),
         # VTK's says nothing of it.
         ("direct", image(768, by_raycast=False), None),
         ("none", image(768), None),
-        ("soft", image(768, quiet=None), None),
+        ("soft", image(768, quiet=None, live=True), None),
     ],
 )
 def test_a_light_is_judged_by_the_time_on_free_cores(lighting, drawn, seconds):

@@ -15,7 +15,7 @@ from app.controls import Action
 from app.image_view.orientation_cube import OrientationCube
 from app.state.sensitivity_state import SensitivityState
 from app.window.cards import CropCard
-from app.window.notices import BOTTOM, SIDE, TOP, Floating, Notices
+from app.window.notices import BOTTOM, SIDE, TOOLS_END, TOP, Floating, Notices
 from app.window.status_line import StatusLine
 from model.scene.crop import CropBox
 from model.scene.view import AXES
@@ -98,11 +98,12 @@ def test_a_button_acts_once_and_escape_dismisses_one_after_another(qtbot, bar):
     assert seen == ["below"] and bar.text == "below"
     bar.add("two")
     bar.add("one", Action("Act", list))
+    bar.image = bar.window()
     bar.findChildren(QPushButton)[-1].setFocus()
     for left in ("two\nbelow", "below", ""):
         qtbot.keyClick(QApplication.focusWidget(), Qt.Key.Key_Escape)
         assert bar.text == left
-    assert not bar.isVisible()
+    assert not bar.isVisible() and bar.window().hasFocus()
 
 
 @pytest.fixture
@@ -126,12 +127,12 @@ def test_what_floats_is_in_the_area_and_nothing_lies_over_another(area):
     floating = Floating(area)
     notices = [floated(floating, "top", 480, 50), floated(floating, "top", 300, 40)]
     cards = [floated(floating, "bottom", 400, 120), floated(floating, "bottom", 320, 100)]
-    for size in ((1000, 356), (600, 500)):
+    for size, top in (((1000, 356), TOP), ((600, 500), TOP), ((520, 640), TOOLS_END[1])):
         area.resize(*size)
         boxes = [each.geometry() for each in (*notices, *cards)]
         assert all(area.rect().contains(box) for box in boxes)
         assert not any(one.intersects(other) for one, other in combinations(boxes, 2))
-        assert boxes[0].top() == TOP and boxes[2].left() == SIDE
+        assert boxes[0].top() == top and boxes[2].left() == SIDE
         # Nothing moves when one is closed, or opened again.
         for shown in (False, True):
             cards[0].setVisible(shown)

@@ -42,6 +42,9 @@ def test_each_preset_shows_the_volume_and_can_be_taken(qtbot, window, builders):
     # The same pictures are there at once when the menu opens again.
     menu.aboutToShow.emit()
     assert level(3) == pytest.approx(76, abs=1)
+    window.overlays.choose_background("white")
+    menu.aboutToShow.emit()
+    qtbot.waitUntil(lambda: level(3) == 255)
     # An entry that the mouse crosses on its way to the pictures is marked only until then.
     menu.setActiveAction(menu.addAction("Crossed"))
     entries.itemEntered.emit(entries.item(0))

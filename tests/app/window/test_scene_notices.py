@@ -59,7 +59,9 @@ def test_a_light_that_goes_out_is_reported_and_offered(qtbot, make_window, build
     window.workspace.opening.open(Path("other"))
     qtbot.waitUntil(lambda: window.workspace.is_settled and window.workspace.opened is not None)
     qtbot.waitUntil(lambda: window.context.analyst.is_ready)
-    window.state.set_view(View(azimuth=50.0))
+    for azimuth in (40.0, 50.0):
+        act_until(qtbot, window.reference.resultShown, window.state.move_view, View(azimuth))
+    window.state.finish_view()
     qtbot.waitUntil(lambda: work.settings.lighting == "direct" and window.workspace.is_settled)
     window.state.set_view(View(azimuth=60.0))
     qtbot.waitUntil(lambda: "has no light" in notice.text)
