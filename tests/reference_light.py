@@ -34,7 +34,7 @@ AMBIENT, DISTANT, SHADOW = 0.4, 0.65, 0.35
 NOISE = 3.0
 NODES, AROUND_NODE = 64, 4
 RAYS_AT_ONCE = 2048
-BLUR = 0.0  # share of each of two neighbours in normals of large voxels, half in soft light
+BLUR = NODE_BLUR = 0.0  # share of each of two neighbours in normals, and in soft light's nodes
 
 
 def picture(
@@ -59,7 +59,7 @@ def picture(
     glow = None
     if lighting == "soft":
         glow = _soft_grid(volume, field, opacity, travel, inputs, mask)
-        glow = _blurred(glow, BLUR / 2, (0, 1, 2))
+        glow = _blurred(glow, NODE_BLUR, (0, 1, 2))
     whole = np.zeros((*raster.shape, 4), dtype=per_sample.dtype)
     wide = min(raster.columns, RAYS_AT_ONCE)
     for tile in raster.tiles(wide, max(RAYS_AT_ONCE // wide, 1)):

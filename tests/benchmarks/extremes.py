@@ -14,6 +14,7 @@ from app.cli.console import console, counting
 from model.errors import TfscopeError
 from model.rendering.path_tracing.renderer import Lamp, PathTracer
 from model.rendering.raster import Raster, blur_of
+from model.rendering.raycast.illumination import node_distance
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.rendering.renderer import open_renderer
 from model.scene.crop import LEAST_LENGTH, CropBox
@@ -50,7 +51,9 @@ def main(arguments=None):
     with counting("extremes", len(chosen)) as show:
         for number, (names, pose) in enumerate(chosen.items(), 1):
             scene = pose()
-            reference_light.BLUR = blur_of(scene.inputs.view, scene.volume, scene.raster)
+            place = scene.inputs.view, scene.volume, scene.raster
+            reference_light.BLUR = blur_of(*place)
+            reference_light.NODE_BLUR = blur_of(*place, node_distance(scene.volume)) / 2
             for columns, table in zip(TABLES, tables, strict=True):
                 table.append((*names, *(_found(way, scene) for way in columns.values())))
             show(number)

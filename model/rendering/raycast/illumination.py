@@ -67,6 +67,11 @@ def travel_direction(view: View, light: LightDirection) -> NDArray[np.float64]:
     return -np.array(light.towards()) @ view.basis()
 
 
+def node_distance(volume: Volume) -> float:
+    """Return the largest distance of two nodes next to each other in the usual grid."""
+    return max(*volume.spacing, max(volume.extent) / (LONGEST_AXIS - 1))
+
+
 def gradient_light(
     travel: NDArray[np.float64], volume: Volume, part: ShownPart, noise: float, dim: float
 ) -> Light:
@@ -97,7 +102,7 @@ class SoftLight(NamedTuple):
     def blurred(self, light: NDArray[np.floating]) -> NDArray[np.floating]:
         """Blur light at nodes (..., nz, ny, nx); this is its own adjoint.
 
-        Otherwise each node would show as a ring on surfaces of large voxels.
+        Otherwise each node would show as a ring on surfaces.
         """
         for axis in (-3, -2, -1) if self.blur > 0 else ():
             shares = self.blur, 1 - 2 * self.blur, self.blur

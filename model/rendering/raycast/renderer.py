@@ -34,6 +34,7 @@ from model.rendering.raycast.illumination import (
     Illumination,
     SoftLight,
     gradient_light,
+    node_distance,
     travel_direction,
 )
 from model.rendering.raycast.marching import draw_rows
@@ -418,13 +419,11 @@ class RaycastRenderer:
     def _medium(self, inputs: SceneInputs, raster: Raster, classified: Classification) -> Medium:
         """Return the volume for kernels: at rest, normals of large voxels are blurred."""
         medium = self._voxels_of(inputs).medium(inputs, classified.opacity, classified.cells)
-        return medium._replace(blur=np.float32(self._blur(inputs, raster)))
+        blur = 0.0 if self._is_coarsely_lit else blur_of(inputs.view, self._volume, raster)
+        return medium._replace(blur=np.float32(blur))
 
     def _voxels_of(self, inputs: SceneInputs) -> KernelVoxels:
         return self._voxels(self._is_blurred and not inputs.is_nearest(self._volume))
-
-    def _blur(self, inputs: SceneInputs, raster: Raster) -> float:
-        return 0.0 if self._is_coarsely_lit else blur_of(inputs.view, self._volume, raster)
 
     def _camera(self, inputs: SceneInputs, raster: Raster) -> NDArray[np.float64]:
         return camera_array(inputs.view, self._volume, raster, inputs.part)
@@ -492,6 +491,6 @@ class RaycastRenderer:
     def _soft_light(self, inputs: SceneInputs, raster: Raster) -> SoftLight:
         travel = travel_direction(inputs.view, inputs.light or self._default)
         opacities = inputs.opacity_tf.sample(self._volume.scalar_range)
-        # Half of a normal's: at nodes, these are a cubic B-spline's shares.
-        blur = self._blur(inputs, raster) / 2
+        # Half of a normal's: at nodes, these are a cubic B-spline's shares. Also of a coarse grid.
+        blur = blur_of(inputs.view, self._volume, raster, node_distance(self._volume)) / 2
         return SoftLight(travel, opacities, inputs.part, blur, self._shadow)

@@ -292,6 +292,7 @@ def test_derivatives_are_those_of_exact_images(
     blur = others.pop("blur")
     monkeypatch.setattr(ray_caster, "blur_of", lambda *_: blur)
     monkeypatch.setattr(reference_light, "BLUR", blur)
+    monkeypatch.setattr(reference_light, "NODE_BLUR", blur / 2)
     view = replace(VIEW, is_orthographic=crop is not None)
     inputs = SceneInputs.of(view, tf_of(TFS[tf], COLOR), light=LIGHT, **others)
     given = volume, inputs, SIZE, step, lighting

@@ -342,10 +342,11 @@ RASTER = Raster(240, 240, 92, 92, 56, 56)  # the middle, in which a voxel is sev
 LEVELS, BROAD = 36.0, 2.5
 
 
-def drop():
-    """A smooth drop of few steps a voxel, as a simulated flame is stored."""
-    z, y, x = np.mgrid[0:24, 0:24, 0:24] / 11.5 - 1
-    return Volume(np.rint(LEVELS * np.exp(-BROAD * (x**2 + y**2 + z**2))).astype(np.uint8))
+def drop(n=24):
+    """A smooth drop of n voxels along each axis; 24 in steps, as a simulated flame is stored."""
+    z, y, x = np.mgrid[0:n, 0:n, 0:n] / ((n - 1) / 2) - 1
+    values = LEVELS * np.exp(-BROAD * (x**2 + y**2 + z**2))
+    return Volume(values.astype(np.float32) if n > 24 else np.rint(values).astype(np.uint8))
 
 
 def white_ball(view):
@@ -385,12 +386,12 @@ def halves_of(kind, view, samples=64):
     return picture.halves.mean(axis=-1)
 
 
-def ring_power(kind, view):
+def ring_power(even, odd):
     """Power along the surface of what no smooth shading has; the noise of paths cancels in it."""
-    y, x = np.meshgrid(*(np.linspace(-1, 1, n) for n in RASTER.shape), indexing="ij")
+    y, x = np.meshgrid(*(np.linspace(-1, 1, n) for n in even.shape), indexing="ij")
     powers = [x**m * y**n for m in range(9) for n in range(9 - m)]
     smooth = np.linalg.qr(np.stack([each.ravel() for each in powers], axis=1)).Q
-    even, odd = halves_of(kind, view).reshape(2, -1).astype(np.float64)
+    even, odd = (each.ravel().astype(np.float64) for each in (even, odd))
     return float(np.mean((even - smooth @ (smooth.T @ even)) * (odd - smooth @ (smooth.T @ odd))))
 
 
@@ -404,13 +405,23 @@ def ring_power(kind, view):
     ],
 )
 def test_large_voxels_have_few_rings(kind, view, monkeypatch):
-    smooth = ring_power(kind, view)
+    smooth = ring_power(*halves_of(kind, view))
     # Linear values and usual normals, of paths with close samples and with the usual steps.
     # Soft light's are faint in themselves.
     for blur, times in ((1e-6, 3), (0.0, 5)):
         for module in (renderer, raycast, vtk_renderer):
             monkeypatch.setattr(module, "blur_of", lambda *_, blur=blur: blur)
-        assert smooth < ring_power(kind, view) / (2.5 if "soft" in kind else times)
+        assert smooth < ring_power(*halves_of(kind, view)) / (2.5 if "soft" in kind else times)
+
+
+@pytest.mark.parametrize("is_coarse", [False, True])
+def test_nodes_of_soft_light_show_no_rings_on_small_voxels(is_coarse, monkeypatch):
+    lit, ball = RaycastRenderer(drop(96), "soft"), white_ball(View(110, -30, 0, 0.7))
+    part = Raster(336, 336, 129, 129, 78, 78)  # of voxels of 2.4 pixels, with 3.6 between nodes
+    with lit.asking(is_coarsely_lit=is_coarse):
+        smooth = ring_power(*[lit.render(ball, part, 0.1)[..., 0]] * 2)
+        monkeypatch.setattr(raycast, "blur_of", lambda *_: 0.0)
+        assert smooth < ring_power(*[lit.render(ball, part, 0.1)[..., 0]] * 2) / 2.5
 
 
 def test_thin_bones_in_thick_slices_are_no_combs(monkeypatch):
