@@ -1,6 +1,7 @@
 """Terms of the window, each with a sentence that explains it, and the glossary."""
 
 import re
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
@@ -52,15 +53,13 @@ def open_glossary(parent: QWidget, term: str = "") -> QDialog:
     """Open the glossary, at a term if one is given, with a search field."""
     # The window itself is there, so that its picture is not needed.
     text = re.sub(r"!\[.*\n", "", GLOSSARY.read_text(encoding="utf-8"))
-    entries, wanted = re.split(r"\n(?=\S)", text), SearchField("Search the glossary")
-    page, dialog = open_page(parent, "Glossary", text, wanted)
+    entries = re.split(r"\n(?=\S)", text)
 
-    def show(words: str) -> None:
-        found = [e for e in entries if all(word in e.lower() for word in words.lower().split())]
-        page.setMarkdown("\n".join(found) or "No entry has these words.")
+    def found(words: str) -> str:
+        shown = [e for e in entries if all(word in e.lower() for word in words.lower().split())]
+        return "\n".join(shown) or "No entry has these words."
 
-    wanted.textChanged.connect(show)
-    wanted.setFocus()
+    page, dialog = open_page(parent, "Glossary", text, "Search the glossary", found)
     if term:
         # From the end, so that the term is at the top.
         page.moveCursor(page.textCursor().MoveOperation.End)
@@ -71,19 +70,24 @@ def open_glossary(parent: QWidget, term: str = "") -> QDialog:
 
 
 def open_page(
-    parent: QWidget, title: str, text: str, above: QWidget | None = None
+    parent: QWidget, title: str, text: str, search: str = "", found: Callable[[str], str] = str
 ) -> tuple[QTextBrowser, QDialog]:
-    """Open a page of HTML or Markdown, as high as its text or its parent, below another widget."""
+    """Open a page of HTML or Markdown, as high as its text or its parent.
+
+    With the name of a search field, it shows what a function finds for the typed words.
+    """
     dialog = QDialog(parent)
     dialog.setWindowTitle(title)
-    page = QTextBrowser()
-    page.setOpenExternalLinks(True)
-    if text.startswith("<"):
-        page.setHtml(text)
-    else:
-        page.setMarkdown(text)
-    parts = filter(None, (above, page, close_box(dialog)))
-    fill(QVBoxLayout(dialog), *parts, margins=(9, 9, 9, 9), spacing=6)
+    page = QTextBrowser(openExternalLinks=True)
+    show = page.setHtml if text.startswith("<") else page.setMarkdown
+    show(text)
+    parts = page, close_box(dialog)
+    column = fill(QVBoxLayout(dialog), *parts, margins=(9, 9, 9, 9), spacing=6)
+    if search:
+        field = SearchField(search)
+        field.textChanged.connect(lambda words: show(found(words)))
+        column.insertWidget(0, field)
+        field.setFocus()
     page.document().setTextWidth(WIDTH)
     height = round(page.document().size().height()) + MARGIN[1]
     # With a title bar it is no higher than the window.

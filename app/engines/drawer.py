@@ -10,7 +10,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from app.engines.pace import LONGEST_SECONDS, REST_SECONDS, SOON_SECONDS, Sizes
+from app.engines.pace import BRIEF_SECONDS, LONGEST_SECONDS, REST_SECONDS, SOON_SECONDS, Sizes
 from app.engines.requests import UNWATCHED, Array, Image, ImageRequest, Watch
 from model.measurements import processors
 from model.rendering.raster import Raster, fill_white_squares
@@ -260,7 +260,7 @@ class VtkThread:
 def limits_of(request: ImageRequest, is_brief: bool = False) -> tuple[float, ...]:
     """Return the seconds that each of the images at rest may take."""
     if is_brief:
-        return SOON_SECONDS, REST_SECONDS
+        return SOON_SECONDS, BRIEF_SECONDS
     if request.is_fixed:
         return SOON_SECONDS, math.inf
     return SOON_SECONDS, REST_SECONDS, LONGEST_SECONDS

@@ -7,6 +7,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from model.rendering.raster import resized
+
 GOOD_ENOUGH = 0.003  # RMS error of the colours that is invisible: less than an 8-bit step
 USUAL_SECONDS = 1 / 12  # default time for an image while something moves
 MOST_PATIENCE = 2.0  # longest time for other answers, as a multiple of the usual one
@@ -48,14 +50,7 @@ def distance(coarse: Rgba, fine: Rgba) -> float:
     """Root mean squared difference of two images' colours, as a screen shows them."""
     places = [_grid(count) for count in fine.shape[:2]]
     truth = fine[np.ix_(*places)][..., :3]
-    found = coarse[..., :3]
-    for axis in (0, 1):
-        have = coarse.shape[axis]
-        at = np.clip((places[axis] + 0.5) * have / fine.shape[axis] - 0.5, 0, have - 1)
-        before = np.floor(at).astype(np.intp)
-        part = (at - before).astype(np.float32).reshape((-1, 1, 1) if axis == 0 else (1, -1, 1))
-        after = np.minimum(before + 1, have - 1)
-        found = np.take(found, before, axis) * (1 - part) + np.take(found, after, axis) * part
+    found = resized(coarse[..., :3], fine.shape[:2], places)
     one, other = (np.clip(np.nan_to_num(image), 0, 1) for image in (found, truth))
     return float(np.sqrt(np.mean((one - other).astype(np.float64) ** 2)))
 

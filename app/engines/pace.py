@@ -8,7 +8,8 @@ SCALES = (1.0, 0.75, 0.5, 0.35, 0.25, 0.18)  # sizes of an image, as fractions o
 LEAST_SCALE = 0.12  # of an image where the smallest of these takes more than twice its time
 SOON_SECONDS = 0.2  # time for a first, coarse image at rest, if all pixels take longer
 SHARP_SECONDS = 0.6  # longest time for all pixels without a coarser image before them
-REST_SECONDS = 5.0  # time for the image after a first, coarse one
+REST_SECONDS = 2.0  # time for the image after a first, coarse one
+BRIEF_SECONDS = 5.0  # longest time for an image that another renderer's replaces soon
 BETWEEN = 0.5  # greatest width of an image before that of all pixels, which it delays
 
 LONGEST_SECONDS = 120.0

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QPoint, QPointF, QRect, QSize, Qt, Signal
+from PySide6.QtCore import QPoint, QPointF, QRect, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QFocusEvent, QImage, QPainter, QPaintEvent, QPen, QResizeEvent
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
@@ -54,6 +54,15 @@ def paint_progress(painter: QPainter, rect: QRect, progress: float) -> None:
     done = round(progress * rect.width())
     line = QRect(rect.left(), rect.top(), done, PROGRESS_HEIGHT)
     painter.fillRect(line, QColor(theme.ON_IMAGE.change))
+
+
+def paint_plate(painter: QPainter, box: QRectF, color: str, opacity: int) -> None:
+    """Paint the background of a text over an image, given its opacity of 255."""
+    ground = QColor(color)
+    ground.setAlpha(opacity)
+    painter.setPen(Qt.PenStyle.NoPen)
+    painter.setBrush(ground)
+    painter.drawRoundedRect(box, 3, 3)
 
 
 def picture_on(background: Background | None, colors: NDArray[np.float64]) -> QImage:

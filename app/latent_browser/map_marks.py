@@ -13,6 +13,7 @@ from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QFontMetricsF, QImage, QPainter, QPen
 
 from app import theme
+from app.image_view.image_canvas import paint_plate
 from app.state.latent_session import LatentSession, Place
 from model.latent.latent_map import CELLS, Brush
 from model.scene.ranges import value_text
@@ -129,6 +130,7 @@ PRESENT = theme.ON_IMAGE.attention
 HANDLE = 4.0
 RADIUS = 2  # radius of a point at a zoom of 1, in pixels; closer points are larger
 LEGEND_WIDTH, LEGEND_HEIGHT, MARGIN = 84, 6, 10
+BACKING = 200  # opacity of the background behind texts, of 255
 
 HIDDEN = (45, 46, 49)  # colour of points that are filtered out
 NOTHING = (64, 66, 70)  # colour of TFs that show nothing or a solid block, or are not known yet
@@ -257,17 +259,10 @@ def paint_note(painter: QPainter, frame: MapFrame, text: str) -> None:
     metrics = QFontMetricsF(painter.font())
     width = metrics.horizontalAdvance(text)
     left, top = frame.width - MARGIN - width, frame.height - MARGIN - metrics.height()
-    _paint_ground(painter, QRectF(left - 4, top - 3, width + 8, metrics.height() + 6))
+    box = QRectF(left - 4, top - 3, width + 8, metrics.height() + 6)
+    paint_plate(painter, box, theme.ON_IMAGE.window, BACKING)
     painter.setPen(QColor(theme.ON_IMAGE.dim))
     painter.drawText(QPointF(left, top + metrics.ascent()), text)
-
-
-def _paint_ground(painter: QPainter, box: QRectF) -> None:
-    ground = QColor(theme.ON_IMAGE.window)
-    ground.setAlpha(200)
-    painter.setPen(Qt.PenStyle.NoPen)
-    painter.setBrush(ground)
-    painter.drawRoundedRect(box, 4, 4)
 
 
 def paint_legend(painter: QPainter, frame: MapFrame, shades: Shades) -> None:
@@ -276,7 +271,8 @@ def paint_legend(painter: QPainter, frame: MapFrame, shades: Shades) -> None:
     low, high = (metrics.horizontalAdvance(text) + 6 for text in (shades.low, shades.high))
     top = frame.height - MARGIN - metrics.height()
     width = low + LEGEND_WIDTH + high
-    _paint_ground(painter, QRectF(MARGIN - 4, top - 3, width + 8, metrics.height() + 6))
+    box = QRectF(MARGIN - 4, top - 3, width + 8, metrics.height() + 6)
+    paint_plate(painter, box, theme.ON_IMAGE.window, BACKING)
     table = lookup_table()
     bar = QImage(table.tobytes(), len(table), 1, 3 * len(table), QImage.Format.Format_RGB888)
     middle = top + (metrics.height() - LEGEND_HEIGHT) / 2

@@ -15,7 +15,7 @@ from app import theme
 from app.engines.client import EngineState
 from app.engines.requests import ValueVisibilityRequest
 from app.image_view.engine_pane import EnginePane
-from app.image_view.image_canvas import ImageCanvas, picture_on
+from app.image_view.image_canvas import ImageCanvas, paint_plate, picture_on
 from app.number_box import short
 from app.sensitivity_view.what_if import RenderedEdit, effect_text
 from app.state.sensitivity_asker import Answer, SensitivityAsker
@@ -117,11 +117,7 @@ def paint_bar(painter: QPainter, rect: QRect, bar: QImage, text: str) -> None:
     room = QRectF(rect.left() + MARGIN, y - 4 - ROOM, rect.width() - 2 * MARGIN, ROOM)
     # Images may be bright there. Without a pen, Qt knows no size of a text.
     plate = painter.boundingRect(room, flags, text).adjusted(-4, -2, 4, 2)
-    ground = QColor(theme.ON_IMAGE.field)
-    ground.setAlpha(BACKING)
-    painter.setPen(Qt.PenStyle.NoPen)
-    painter.setBrush(ground)
-    painter.drawRoundedRect(plate, 3, 3)
+    paint_plate(painter, plate, theme.ON_IMAGE.field, BACKING)
     painter.setPen(QColor(theme.ON_IMAGE.text))
     painter.drawText(room, flags, text)
 

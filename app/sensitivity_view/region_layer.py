@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QGraphicsOpacityEffect, QHBoxLayout, QLabel, QWidg
 from app import theme
 from app.controls import CLICK_REACH, Card, Painted, fill
 from app.icons import IconButton
-from app.image_view.image_canvas import ImageCanvas
+from app.image_view.image_canvas import ImageCanvas, paint_plate
 from app.placing import freest
 from app.sensitivity_view.response_layer import STALE
 from app.state.piece_finder import PieceFinder
@@ -254,12 +254,7 @@ class RegionLayer(QObject):
         self, painter: QPainter, text: str, corner: QPointF, ink: str, ground: str
     ) -> None:
         """Write on a background, because images have any colour."""
-        box = _plate(painter, text).translated(corner)
-        plate = QColor(ground)
-        plate.setAlpha(220)
-        painter.setPen(Qt.PenStyle.NoPen)
-        painter.setBrush(plate)
-        painter.drawRoundedRect(box, 3, 3)
+        paint_plate(painter, _plate(painter, text).translated(corner), ground, 220)
         painter.setBrush(Qt.BrushStyle.NoBrush)
         painter.setPen(QColor(ink))
         painter.drawText(corner, text)
@@ -439,14 +434,13 @@ class PlaceLabel(Card):
         if place is None:
             return
         self.adjustSize()
-        rect, canvas = self._canvas.image_rect, self._canvas
-        x = round(rect.left() + place[0] * rect.width())
-        y = round(rect.top() + place[1] * rect.height())
-        size, at = self.size(), QPoint(x, y)
+        canvas, size = self._canvas, self.size()
+        at = _point(place, canvas.image_rect).toPoint()
         if self._links and self._at == at:
             return
         self._at = at if self._links else QPoint()
-        xs, ys = (x + AWAY, x - AWAY - size.width()), (y + AWAY, y - AWAY - size.height())
+        xs = at.x() + AWAY, at.x() - AWAY - size.width()
+        ys = at.y() + AWAY, at.y() - AWAY - size.height()
         corners = [
             (
                 max(min(left, canvas.width() - size.width() - EDGE), EDGE),

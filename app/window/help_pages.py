@@ -1,10 +1,5 @@
 """Help: the table of keys and gestures, and pages in windows of their own."""
 
-from PySide6.QtWidgets import QDialog, QWidget
-
-from app.controls import SearchField
-from app.glosses import open_page
-
 KEYS_WIDTH = 310  # width of the column of keys in pixels, equal in all areas
 
 _TABLE = """
@@ -143,12 +138,3 @@ part of the picture.</p>
 <p>Its models follow M. Berger, J. Li and J. A. Levine, <i>A Generative Model for Volume
 Rendering</i>, IEEE TVCG 2018. VTK or tfscope's own ray caster renders the ground truth.</p>
 <p>BSD 3-Clause licence.</p>"""
-
-
-def show_gestures(window: QWidget) -> QDialog:
-    """Show all keys and gestures, with a search field."""
-    wanted = SearchField("Search keys and gestures")
-    page, dialog = open_page(window, "Keys and gestures", help_text(), wanted)
-    wanted.textChanged.connect(lambda text: page.setHtml(help_text(text)))
-    wanted.setFocus()
-    return dialog

@@ -20,7 +20,7 @@ from app.state.opened_volume import OpenedVolume
 from app.state.settings import RecentKind, Shown
 from app.window.context import VOLUME_FILTER, menu_names
 from app.window.files import TF_FILTER
-from app.window.help_pages import ABOUT, show_gestures
+from app.window.help_pages import ABOUT, help_text
 from app.window.overlays import BACKGROUNDS, Overlay
 from app.window.settings_dialog import SettingsDialog, apply_single_keys
 from app.window.window_parts import WindowParts
@@ -430,9 +430,11 @@ class Menus:
         self._add(menu, "Sa&ve sensitivity as…", lambda: save(view.result()))
 
     def _fill_help(self, menu: QMenu) -> None:
-        self._add(menu, "&Keys and gestures", partial(show_gestures, self._window), "F1")
+        show = partial(open_page, self._window)
+        keys = "Keys and gestures", help_text(), "Search keys and gestures", help_text
+        self._add(menu, "&Keys and gestures", partial(show, *keys), "F1")
         self._add(menu, "G&lossary", partial(open_glossary, self._window))
-        self._add(menu, "&About tfscope", partial(open_page, self._window, "About tfscope", ABOUT))
+        self._add(menu, "&About tfscope", partial(show, "About tfscope", ABOUT))
 
     def _fill_models(self, menu: QMenu) -> None:
         """Add the shipped models, those of the open volume, and entries for others."""

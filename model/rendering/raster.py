@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import TypeVar
 
@@ -126,14 +126,16 @@ def middle_square(image: NDArray[_Number]) -> NDArray[_Number]:
     return image[top : top + side, left : left + side]
 
 
-def resized(image: NDArray[np.float32], shape: tuple[int, int]) -> NDArray[np.float32]:
-    """Interpolate an image (h, w, channels) linearly to another size."""
-    for axis, want in enumerate(shape):
+def resized(
+    image: NDArray[np.float32], shape: tuple[int, ...], wanted: Sequence[NDArray[np.intp]] = ()
+) -> NDArray[np.float32]:
+    """Interpolate an image (h, w, channels) to another size; `wanted` rows and columns, or all."""
+    for axis, (want, chosen) in enumerate(zip(shape, wanted or map(np.arange, shape), strict=True)):
         have = image.shape[axis]
-        if have == want:
+        if have == want == len(chosen):
             continue
         last = have - 1
-        at = np.clip((np.arange(want) + 0.5) * have / want - 0.5, 0, last)
+        at = np.clip((chosen + 0.5) * have / want - 0.5, 0, last)
         before = np.minimum(at.astype(np.intp), max(last - 1, 0))
         part = (at - before).astype(np.float32)
         part = part.reshape((-1, 1, 1) if axis == 0 else (1, -1, 1))
