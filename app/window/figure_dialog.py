@@ -121,6 +121,7 @@ class FigureDialog(QDialog):
 
     def _limit(self, box: QDoubleSpinBox | QSpinBox, low: float, high: float, value: float) -> None:
         WheelGuard(box)
+        box.lineEdit().setTextMargins(6, 0, 6, 0)
         box.setRange(low, high)  # type: ignore[arg-type]
         box.setValue(value)  # type: ignore[arg-type]
         box.setToolTip(f"From {short(low)} to {short(high)}")
@@ -326,8 +327,10 @@ class BackgroundBox(QComboBox):
 
 
 def duration(seconds: float) -> str:
-    """Return a time as text, in seconds or minutes."""
-    return f"{seconds:.0f} s" if seconds < 90 else f"{seconds / 60:.0f} min"
+    """Return a time as text, in seconds, minutes or hours."""
+    if seconds < 90:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60:.0f} min" if seconds < 90 * 60 else f"{seconds / 3600:.0f} h"
 
 
 def _swatch(color: Background | None) -> QIcon:

@@ -377,6 +377,8 @@ def test_a_movie_has_even_sides_that_players_show_and_a_background(qtbot):
     # 20 pictures of 8.4 megapixels take as much longer than the preview.
     dialog.show_preview(QImage(44, 22, QImage.Format.Format_RGB32), 2e-6)
     assert dialog._cost.text() == "about 89 min"
+    dialog.seconds_box.setValue(4.0)
+    assert dialog._cost.text() == "about 3 h"
     dialog.movie_box.setChecked(False)
     choose(dialog, "samples_box", "4")
     assert dialog._cost.text() == "347 × 173 mm at 300 dpi, about 67 s"
