@@ -100,7 +100,8 @@ class Notices(QWidget):
         if line not in self._lines:
             return
         place = self._lines.index(line)
-        focused = line.has_focus
+        focus = QApplication.focusWidget()
+        focused = focus is not None and line.isAncestorOf(focus)
         self._lines.remove(line)
         self._column.removeWidget(line)
         line.hide()
@@ -128,12 +129,6 @@ class _Line(Card):
         self.row = fill(QHBoxLayout(self), margins=(12, 4, 4, 4), spacing=8)
         self.row.addWidget(self._label, 1)
         self.dismissal = IconButton("close", "Dismiss", "Escape", colors=theme.ON_IMAGE)
-
-    @property
-    def has_focus(self) -> bool:
-        """Whether a button or the sentence has the focus."""
-        focused = QApplication.focusWidget()
-        return focused is not None and self.isAncestorOf(focused)
 
 
 TOP, BOTTOM = 40, 44  # distance to the upper edge (captions) and the lower one (colour bars)

@@ -1,8 +1,9 @@
 from itertools import pairwise
 
 import pytest
+from mouse_events import action
 from PySide6.QtCore import QPoint, QRect, Qt
-from PySide6.QtGui import QAction, QKeySequence, QStatusTipEvent
+from PySide6.QtGui import QKeySequence, QStatusTipEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import (
     QAbstractButton,
@@ -40,15 +41,6 @@ def place(widget, window):
     return QRect(widget.mapTo(window, QPoint()), widget.size())
 
 
-def action(window, keys):
-    (found,) = [
-        a
-        for a in window.findChildren(QAction)
-        if QKeySequence(keys) in a.shortcuts() and a.isEnabled()
-    ]
-    return found
-
-
 def cut_in(window):
     """Names of controls that are seen, but not as a whole."""
     found = []
@@ -84,7 +76,7 @@ def test_everything_has_room_at_any_size_and_nothing_moves(qtbot, make_window):
     image, browser, bar = window.reference.canvas, window.browser, window.top_bar
     left, right = (place(p.canvas, window) for p in (window.generator, window.reference))
     assert (left.left(), left.top(), right.right()) == (0, bar.height(), window.width() - 1)
-    height, editing = image.height(), action(window, "F9")
+    height, editing = image.height(), action(window, "TF editor")
     editing.trigger()
     qtbot.waitUntil(lambda: window.editor.is_folded and image.height() > height + 150)
     editing.trigger()
@@ -142,24 +134,24 @@ def test_what_lies_over_the_images_follows_them(make_window):
     window.panes.swap()
     canvases = [pane.canvas for pane in (window.generator, window.reference)]
     before = [canvas.grab().toImage() for canvas in canvases]
-    action(window, "Ctrl+L").trigger()
+    action(window, "Colour legend").trigger()
     after = [canvas.grab().toImage() for canvas in canvases]
     assert after[0] == before[0] and after[1] != before[1]
     bar = window.top_bar
     assert window.panes.images == [window.generator, window.reference]
     assert bar.compare.isChecked()
-    action(window, "D").trigger()
+    action(window, "Difference").trigger()
     assert window.image_error.is_wanted and bar.difference.isChecked()
     bar.difference.click()
     assert not window.image_error.is_wanted
     bar.difference.click()
-    action(window, "C").trigger()
+    action(window, "Compare").trigger()
     assert window.panes.images == [window.reference]
     assert not (bar.compare.isChecked() or bar.difference.isChecked())
     bar.difference.click()
     assert len(window.panes.images) == 2 and bar.compare.isChecked() and bar.difference.isChecked()
     window.workspace.open_model(None)
-    action(window, "C").trigger()
+    action(window, "Compare").trigger()
     # B is what there is to compare.
     assert window.panes.images == [window.reference, window.pane_b] and bar.compare.isChecked()
 
@@ -203,7 +195,7 @@ def test_keys_reach_every_area_and_the_status_line_says_those_under_the_mouse(
         return changes[:5]
 
     assert walk() == ["right", "editor", "top", "left", "right"]
-    compare, browse = action(window, "C"), action(window, "Ctrl+B")
+    compare, browse = action(window, "Compare"), action(window, "Browse TFs")
     apply_single_keys(window, False)
     assert not compare.shortcuts()
     assert browse.shortcuts() == [QKeySequence("Ctrl+B")]
