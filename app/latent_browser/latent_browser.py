@@ -342,7 +342,7 @@ class LatentBrowser(QWidget):
             return
         # A TF of the map has many points.
         fitted = fitted_curve(tf)
-        self._session.remember_place(fitted, place)
+        self._session.taken = fitted, place
         with self._state.edits.as_one(text):
             taken = replace(self._state.transfer_function, opacity=fitted)
             self._state.tf_input.exchange(taken, text)

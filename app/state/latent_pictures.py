@@ -183,7 +183,7 @@ class LatentPictures(QObject):
         else:
             codes, places = (part.reshape(CELLS**2, -1) for part in (cells.codes, cells.places))
             drawn = np.flatnonzero(cells.count)
-        tfs: list[OpacityTF | None] = [None] * CELLS**2
+        tfs: list[OpacityTF | None] = [None] * max(CELLS**2, len(drawn))
         for index, tf in zip(drawn, space.tfs_of(codes[drawn]), strict=True):
             tfs[index] = tf
         source: EngineName = "learned" if self.from_codes else "exact"
@@ -239,6 +239,9 @@ class LatentPictures(QObject):
         asked = self._taken(self._asked_grids, self._grids, source, result)
         if result.value is None:
             self._grid_key = None
+        elif len(result.value) > CELLS**2:
+            if not self._grids[source].is_pending:
+                self.session.choose_by(result.value, self._state.brightness.usual[source])
         elif asked is not None:
             drawn = [index for index, tf in enumerate(asked.tfs) if tf is not None]
             exposures: dict[int, float] = {}

@@ -15,7 +15,7 @@ from PySide6.QtCore import QObject, Qt, Signal
 from app.engines.background import LatestCall
 from app.state.viewer_state import ViewerState
 from model.errors import LatentError
-from model.latent.differing import most_different
+from model.latent.differing import chosen_by, most_different
 from model.latent.embedding import EmbeddingProcess, Places
 from model.latent.latent_map import Brush, LatentMap
 from model.scene.inputs import SceneInputs
@@ -130,15 +130,15 @@ class LatentSession(QObject):
         # Of the map's TFs, in the view, crop box and colours of `overview_of`.
         self.overview: Overview | None = None
         self.overview_of: object = None
-        # The most different of the samples that pass the filters; chosen when the browser is opened
-        # or a filter changes, and kept while the view turns.
+        # The most different of the samples that pass the filters, or first more, see `choose_by`;
+        # chosen when the browser is opened or a filter changes, and kept while the view turns.
         self.different: NDArray[np.int64] | None = None
         # Place of the present TF.
         self.place: tuple[float, float] | None = None
         self._state = state
         self._latent = latent
         self._open_space = open_space
-        self._known: tuple[OpacityTF, tuple[float, float]] | None = None
+        self.taken: tuple[OpacityTF, Place] | None = None  # the last one, and its place
         self._volume: Volume | None = None
         self._window: Range = (0.0, 1.0)
         self.model: Path | None = None  # folder of a model that fits, whose codec can be chosen
@@ -220,17 +220,12 @@ class LatentSession(QObject):
         blend = (self.chosen or self.map).at(place, closeness)
         return blend.code, blend.samples
 
-    def remember_place(self, tf: OpacityTF, place: tuple[float, float]) -> None:
-        """Remember the place of a TF for as long as it is the present one."""
-        self._known = tf, place
-
     def compute_map(self) -> None:
         """Compute the final places of the map, unless they are known."""
         is_busy = self._embedding is not None
         if self.map is None or self.space is None or is_busy or self.map.is_final:
             return
-        process = EmbeddingProcess(self.map.codes)
-        self._embedding = process
+        process = self._embedding = EmbeddingProcess(self.map.codes)
         self.progressed.emit(0.0)
         progress = partial(self._advanced.emit, process)
         self._computing.ask(partial(_embed, process, self.space, self.map, progress))
@@ -274,6 +269,11 @@ class LatentSession(QObject):
             self._chosen_by = by
             self._choosing.ask(partial(most_different, self.overview, self.wanted))
 
+    def choose_by(self, images: NDArray[np.float32], usual: float) -> None:
+        """Choose from too many different samples by their images, given the usual brightness."""
+        assert self.different is not None
+        self._choosing.ask(partial(chosen_by, images, usual, self.different))
+
     def _take_different(self, different: NDArray[np.int64]) -> None:
         self.different = different
         self.differentChanged.emit()
@@ -312,7 +312,7 @@ class LatentSession(QObject):
 
     def _show_map(self, map_: LatentMap) -> None:
         self.map = map_
-        self.wanted = self.chosen = self._known = None
+        self.wanted = self.chosen = self.taken = None
         self._filter()
         self._latent.start_choices()
         self.mapChanged.emit(map_)
@@ -322,8 +322,8 @@ class LatentSession(QObject):
         if self.map is None or self.space is None or not self._latent.choices.shown:
             return
         tf = self._state.transfer_function.opacity
-        if self._known is not None and self._known[0] == tf:
-            self.place = self._known[1]
+        if self.taken is not None and self.taken[0] == tf:
+            self.place = self.taken[1]
         else:
             self.place = self.map.place(self.space.code_of(tf))
         self.marksChanged.emit()

@@ -106,7 +106,7 @@ class UpAxisCard(Card):
         self._state.viewChangeFinished.connect(self._follow_view)
         self._state.navigationChanged.connect(self._follow)
         self._state.tf_input.changeFinished.connect(lambda _tf: self._rest.start())
-        # A restarted analyst has lost the request.
+        # The first picture is drawn, or a restarted analyst has lost the request.
         self._workspace.reference.analystReplaced.connect(self._ask_for_pictures)
         self.hide()
 
@@ -170,7 +170,8 @@ class UpAxisCard(Card):
 
     def _ask_for_pictures(self) -> None:
         opened = self._workspace.opened
-        if opened is None or self.isHidden():
+        # The first picture comes before them.
+        if opened is None or self.isHidden() or not self._workspace.reference.has_drawn:
             return
         if not self._views:
             place = opened.volume.proportions

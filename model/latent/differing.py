@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from model.rendering.brightness import brighten
+
 if TYPE_CHECKING:
     # Late, as it compiles kernels.
     from model.latent.tiny_pictures import Overview
@@ -25,7 +27,8 @@ def most_different(overview: Overview, wanted: NDArray[np.bool_]) -> NDArray[np.
     """Return the numbers of the wanted TFs (n,) that show the most different things.
 
     Empty ones are left out, and faint ones and solid blocks where others suffice. They are
-    :data:`DIFFERING` or fewer, row by row of a square on which like pictures are near.
+    :data:`DIFFERING` or fewer, row by row of a square on which like pictures are near. If some look
+    alike, they are up to :data:`CANDIDATES`, for :func:`chosen_by`.
     """
     found = np.flatnonzero(wanted & overview.shows_something & ~overview.is_faint)
     if len(found) < DIFFERING:
@@ -37,10 +40,22 @@ def most_different(overview: Overview, wanted: NDArray[np.bool_]) -> NDArray[np.
         pictures = _coarse(overview.pictures[some])
         far = _far_apart(pictures.reshape(len(some), -1))
         if len(far) > DIFFERING:
-            far, all_differ = _spread(pictures, far)
+            chosen, all_differ = _spread(pictures[far])
             if all_differ:
-                break
+                return some[far[chosen]]
     return some[far]
+
+
+def chosen_by(
+    images: NDArray[np.float32], usual: float, numbers: NDArray[np.int64]
+) -> NDArray[np.int64]:
+    """Choose 16 of some numbers (n,) by images (n, S, S, 4), given their usual brightness."""
+    from model.latent.tiny_pictures import exposures
+
+    pictures = images[..., :3].reshape(len(images), -1, 3).copy()
+    for picture, factor in zip(pictures, exposures(pictures, usual), strict=True):
+        brighten(picture, float(factor))
+    return numbers[_spread(pictures)[0]]
 
 
 def _coarse(pictures: NDArray[np.uint8]) -> NDArray[np.float32]:
@@ -68,19 +83,17 @@ def _far_apart(places: NDArray[np.float32]) -> NDArray[np.int64]:
         chosen.append(apart.argmax())
 
 
-def _spread(
-    pictures: NDArray[np.float32], among: NDArray[np.int64]
-) -> tuple[NDArray[np.int64], bool]:
-    """Choose 16 pictures of which all pairs look different, as much as can be.
+def _spread(pictures: NDArray[np.float32]) -> tuple[NDArray[np.int64], bool]:
+    """Choose 16 pictures (n, pixels, 3) of which all pairs look different, as much as can be.
 
     The first 16 are exchanged for others while the sum of differences grows. Of the difference of
     two pixels the square root counts: to the eye, few that differ much are less than many that
     differ. Returns them row by row of a square, and whether all pairs look different.
     """
-    known = pictures[among]
-    apart = np.array([np.linalg.norm(known - each, axis=2) for each in known])
+    apart = np.array([np.linalg.norm(pictures - each, axis=2) for each in pictures])
     apart[np.diag_indices(len(apart))] = 1
-    near = np.log(np.minimum(np.sqrt(np.square(apart).mean(axis=2) / 3) / DIFFERENT, 1))
+    shares = np.sqrt(np.square(apart).mean(axis=2) / 3) / DIFFERENT
+    near = np.log(np.clip(shares, 1e-3, 1))  # the same pictures differ by 0
     values = np.sqrt(apart).mean(axis=2) + NEARNESS * near
     np.fill_diagonal(values, 0)
     now = np.arange(DIFFERING)
@@ -92,7 +105,7 @@ def _spread(
         if gains[new, old] <= 1e-4:
             break
         now[old] = new
-    return among[now[_on_a_square(known[now])]], not near[np.ix_(now, now)].any()
+    return now[_on_a_square(pictures[now])], not near[np.ix_(now, now)].any()
 
 
 def _on_a_square(pictures: NDArray[np.float32]) -> NDArray[np.int64]:

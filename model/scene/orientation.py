@@ -94,7 +94,8 @@ def faces(up: str, front: str = "") -> Mapping[str, str]:
     """Return the axis that faces the camera in each of :data:`STANDARD_VIEWS`."""
     frame = upright_frame(up, front)
     backs = {name: View(*angles).basis()[2] @ frame for name, angles in STANDARD_VIEWS.items()}
-    return {name: _nearest_axis(back) for name, back in backs.items()}
+    directions = np.array([axis_direction(axis) for axis in AXES])
+    return {name: AXES[int((directions @ back).argmax())] for name, back in backs.items()}
 
 
 FROM_AFAR = View()
@@ -230,10 +231,6 @@ def standard_view(name: str, view: View, up: str, *, front: str = "") -> View:
         raise TfscopeError(f"'{name}' is not a view; give one of {', '.join(STANDARD_VIEWS)}.")
     azimuth, elevation = STANDARD_VIEWS[name]
     return view_in(up, azimuth, elevation, 0.0, replace(view, pan_x=0.0, pan_y=0.0), front=front)
-
-
-def _nearest_axis(direction: NDArray[np.float64]) -> str:
-    return max(AXES, key=lambda axis: float(axis_direction(axis) @ direction))
 
 
 def turntable(
