@@ -24,6 +24,7 @@ from app.state.opened_volume import OpenedVolume
 from app.state.preferences import Preferences
 from app.window.figure import Subject
 from app.window.menus import Menus
+from app.window.scene_notices import OFFER
 from app.window.window_parts import WindowParts
 from model.rendering.scale_bar import Scale
 from model.scene.transfer_function import OpacityTF
@@ -354,7 +355,7 @@ class MainWindow(WindowParts):
         self.editor.set_scale(opened)
         # A band kept over the plot would mark other values.
         self.sensitivity_state.release()
-        self.scene_notices.show_scale()
+        self.notice.clear(OFFER)
 
 
 def _first_in(area: QWidget) -> QWidget | None:

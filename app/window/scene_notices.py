@@ -98,10 +98,6 @@ class SceneNotices(QObject):
             tf = label_tf(volume.over(label_range(volume)))
             self._state.tf_input.exchange(tf, "show as labels")
 
-    def show_scale(self) -> None:
-        """Stop offering another scale."""
-        self._notices.clear(OFFER)
-
     def _follow_pane(self, pane: EnginePane, _state: object) -> None:
         if pane.canvas.image is None or pane.canvas.message:
             self._notices.clear(_emptiness(pane))

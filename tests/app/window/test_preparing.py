@@ -179,6 +179,7 @@ def test_one_image_is_shown_until_the_path_tracer_can_draw(
     # As it was left, so it opens: with the model's image, or without where it was not asked for.
     key = window.workspace.opened.fingerprint
     assert window.preferences.volume(key).shows_model
+    monkeypatch.setattr(window.workspace, "keep", lambda **_: None)  # what is noted here stays
     for shows in (True, False):
         window.preferences.note_volume(key, shows_model=shows)
         open_volume(qtbot, window, "ramp")
