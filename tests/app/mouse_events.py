@@ -1,6 +1,6 @@
 """Events as a mouse sends them."""
 
-from PySide6.QtCore import QPoint, Qt
+from PySide6.QtCore import QPoint, QRect, Qt
 from PySide6.QtGui import QAction, QWheelEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
@@ -12,6 +12,10 @@ def action(window, text):
     """A window's action by its text in a menu."""
     (found,) = [a for a in window.findChildren(QAction) if a.text().replace("&", "") == text]
     return found
+
+
+def box_of(widget, parent):
+    return QRect(widget.mapTo(parent, QPoint()), widget.size())
 
 
 def at(canvas, x, y):

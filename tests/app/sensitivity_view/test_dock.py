@@ -1,6 +1,6 @@
 import numpy as np
-from mouse_events import at, drag
-from PySide6.QtCore import QEvent, QPoint, QRect, Qt
+from mouse_events import at, box_of, drag
+from PySide6.QtCore import QEvent, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QTableWidget
 
@@ -11,10 +11,6 @@ def resize(qtbot, window, width, height):
     window.resize(width, height)
     qtbot.waitUntil(lambda: (window.width(), window.height()) == (width, height))
     QApplication.processEvents()
-
-
-def box_of(widget, parent):
-    return QRect(widget.mapTo(parent, QPoint()), widget.size())
 
 
 def draw_region(canvas):

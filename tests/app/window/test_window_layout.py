@@ -1,8 +1,8 @@
 from itertools import pairwise
 
 import pytest
-from mouse_events import action
-from PySide6.QtCore import QPoint, QRect, Qt
+from mouse_events import action, box_of
+from PySide6.QtCore import Qt
 from PySide6.QtGui import QKeySequence, QStatusTipEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import (
@@ -37,10 +37,6 @@ def theme(qapp):
     apply_theme(qapp, "dark")
 
 
-def place(widget, window):
-    return QRect(widget.mapTo(window, QPoint()), widget.size())
-
-
 def cut_in(window):
     """Names of controls that are seen, but not as a whole."""
     found = []
@@ -50,7 +46,7 @@ def cut_in(window):
         above = widget.parentWidget()
         # What scrolls comes into sight.
         while above is not None and not isinstance(above, QAbstractScrollArea):
-            if not above.rect().contains(place(widget, above)):
+            if not above.rect().contains(box_of(widget, above)):
                 name = widget.accessibleName() or widget.objectName() or type(widget).__name__
                 found.append(f"{name} in {type(above).__name__}")
                 break
@@ -67,14 +63,14 @@ def assert_whole(qtbot, window, size):
     qtbot.waitUntil(is_laid_out)
     bar = window.top_bar
     shown = [w for w in bar.children() if isinstance(w, QWidget) and w.isVisible()]
-    places = sorted((place(w, bar) for w in shown), key=lambda rect: rect.left())
+    places = sorted((box_of(w, bar) for w in shown), key=lambda rect: rect.left())
     assert all(one.right() < other.left() for one, other in pairwise(places))
 
 
 def test_everything_has_room_at_any_size_and_nothing_moves(qtbot, make_window):
     window = make_window()
     image, browser, bar = window.reference.canvas, window.browser, window.top_bar
-    left, right = (place(p.canvas, window) for p in (window.generator, window.reference))
+    left, right = (box_of(p.canvas, window) for p in (window.generator, window.reference))
     assert (left.left(), left.top(), right.right()) == (0, bar.height(), window.width() - 1)
     height, editing = image.height(), action(window, "TF editor")
     editing.trigger()
@@ -93,7 +89,7 @@ def test_everything_has_room_at_any_size_and_nothing_moves(qtbot, make_window):
         window.resize(*size)
         assert_whole(qtbot, window, size)
         assert bar.is_folded == (size[0] < 1180)
-        alone, lit = image.size(), place(window.reference_controls.ball, bar)
+        alone, lit = image.size(), box_of(window.reference_controls.ball, bar)
         window.crop_card.set_shown(True)
         window.up_axis_card.ask()
         for number in range(2):
@@ -103,7 +99,7 @@ def test_everything_has_room_at_any_size_and_nothing_moves(qtbot, make_window):
         assert image.size() == alone
         window.latent_state.choose(shown=True)
         assert_whole(qtbot, window, size)
-        assert place(window.reference_controls.ball, bar) == lit
+        assert box_of(window.reference_controls.ball, bar) == lit
         assert browser.map.width() == browser.map.height() == browser.grid.width()
         window.latent_state.choose(shown=False)
         window.crop_card.set_shown(False)
