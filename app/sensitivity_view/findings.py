@@ -93,7 +93,6 @@ class Peaks:
     """The highest peaks of the region's curve, the highest first."""
 
     intervals: tuple[Interval, ...] = ()
-    left_out: float | None = None  # value of the highest peak, if it is the background's
     strongest: float | None = None  # value of the strongest edit; None if no edit shows
     question: tuple[object, ...] = ()  # region, measure and range of the curve
 
@@ -112,13 +111,11 @@ class Peaks:
         if holds and question == self.question:
             gone = partial(replace, response=0.0)
             found = follow(self.intervals, found, scalar_range, gone)[:ROWS]
-        of_all = strongest_intervals(values, scalar_range, ROWS)
         strongest = None
         if np.abs(values).max() >= FLOOR * SMALL_EDIT:
             inside = np.where(of_interest(asker), np.abs(values), 0.0)
             strongest = float(np.linspace(*scalar_range, TF_SAMPLES)[int(inside.argmax())])
-        left_out = next((peak.value for peak in of_all if peak.value < low), None)
-        return Peaks(found, left_out, strongest, question)
+        return Peaks(found, strongest, question)
 
 
 @dataclass(frozen=True)
@@ -151,8 +148,7 @@ def edits_found(
     is_fresh = asker.is_fresh(asker.region)
     edits = [_edit(asker, number, interval) for number, interval in enumerate(peaks.intervals, 1)]
     if peaks.intervals:
-        out = "" if peaks.left_out is None else asker.state.value_text(peaks.left_out)
-        note = out and f"the background, value {out}, is not listed"
+        note = ""
     elif is_fresh:
         # Without a peak, the curve is flat or rises towards very rare values.
         flat = peaks.strongest is None

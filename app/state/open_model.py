@@ -65,8 +65,8 @@ class OpenModel:
     @property
     def drawer(self) -> str:
         """Name of the renderer; empty if the title says it."""
-        paper = "" if self.scene is None else "networks of the paper"
-        return PATH_DRAWER if self.draws_path else paper
+        name = "" if self.scene is None or self.folder is None else self.folder.name
+        return PATH_DRAWER if self.draws_path else name
 
     @property
     def errors(self) -> str:

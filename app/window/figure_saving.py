@@ -306,17 +306,17 @@ class FigureSaving(QObject):
         return "both" if "reference" in seen else "generator"
 
     def _remember(self, choice: FigureChoice) -> None:
-        last = self._context.preferences.settings.figure
-        samples = choice.samples or (last.samples if last else 0)
+        last = self._context.preferences.settings.figure or FigureSettings()
         # The window's changes with it.
         ground = "window" if choice.background == self._overlays.background else choice.background
         size = choice.width, choice.height
         width, height = shown = self.sizes().get(choice.which, size)
-        longer, own = 0 if size == shown else max(size), None
-        # Rounded sides may differ by a pixel, a movie's even ones, rounded twice, by three.
+        # A movie's sides are even. Rounded sides may differ by a pixel, if rounded twice by three.
+        is_shown = size in (shown, (width // 2 * 2, height // 2 * 2))
+        longer, own = 0 if is_shown else max(size), None
         if abs(choice.width * height - choice.height * width) > 3 * max(shown):
             longer, own = 0, size
-        seconds = choice.seconds or (last.seconds if last else 0.0)
+        samples, seconds = choice.samples or last.samples, choice.seconds or last.seconds
         how = samples, seconds, choice.rate, choice.session
         kept = FigureSettings(longer, own, ground, choice.legend, choice.scale_bar, *how)
         self._context.preferences.set(figure=kept)

@@ -168,6 +168,7 @@ class ImageError(QObject):
             pane.imageShown.connect(partial(self._take, pane))
             pane.canvas.decorations.append(partial(self._paint, pane))
         self._state.inputsChanged.connect(self.follow)
+        self._state.tf_input.paneChanged.connect(self._end_with_b)
 
     @property
     def pane(self) -> EnginePane:
@@ -276,6 +277,10 @@ class ImageError(QObject):
         for pane, note in notes.items():
             pane.set_note(note)
         self._context.update_images()
+
+    def _end_with_b(self) -> None:
+        """Show no difference once B is closed: a model's image comes first, and so does a new B."""
+        self.is_wanted = self.is_wanted and self._state.tf_input.compares
 
     def forget(self, pane: EnginePane) -> None:
         """Stop comparing a pane's image until it is drawn again."""

@@ -43,6 +43,7 @@ class Slices(QObject):
         self.column: SlicesColumn | None = None  # built when it is first shown
         self._step = self._width = 0  # the user's width of the slices, if any
         self._before = self.state.place  # before the mouse was pressed
+        self._pointed: Triple | None = None  # place under the mouse
         self._under: float | None = None
         self._holds = False
         self.filters: list[QObject] = []  # of the mouse's events on the slices
@@ -77,10 +78,10 @@ class Slices(QObject):
             self._context.state.view_whole()
 
     def take_piece(self, alone: bool) -> None:
-        """Show a piece alone, or cut it away: at the cross-hair, if it was put there in a slice."""
+        """Show a piece alone, or cut it away: under the mouse in a slice, or at the cross-hair."""
         pieces = self._context.workspace.pieces
-        if any(view.hasFocus() for view in self.areas):
-            pieces.take_at(self.state.place, alone)
+        if self._pointed is not None or any(view.hasFocus() for view in self.areas):
+            pieces.take_at(self._pointed or self.state.place, alone)
         else:
             pieces.take(0, alone)
 
@@ -228,7 +229,7 @@ class Slices(QObject):
 
     def _hover(self, place: Triple | None) -> None:
         """Mark the value under the mouse in the plot; once the mouse rests, in the images."""
-        value, volume = None, self.state.volume
+        value, volume, self._pointed = None, self.state.volume, place
         if place is not None and volume is not None:
             x, y, z = voxel_of(volume, place)
             lowest, highest = volume.scalar_range

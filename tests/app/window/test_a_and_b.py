@@ -326,6 +326,8 @@ def test_the_difference_is_said_and_shown_over_b(qtbot, window):
     settle(qtbot, window)
     swapped = window.image_error.compared.difference
     np.testing.assert_allclose(swapped, -found.difference, atol=1e-12)
+    window.state.tf_input.compare(False)
+    assert not window.image_error.is_wanted
 
 
 def test_in_one_image_the_line_divides_a_from_b(qtbot, window):

@@ -172,7 +172,7 @@ def test_the_values_that_are_listed_at_a_place_have_their_piece(qtbot, window, b
     assert window.workspace.pieces.pieces[1].count == second.count
 
 
-def test_keys_in_a_slice_take_the_piece_at_the_cross_hair(qtbot, window):
+def test_keys_in_a_slice_take_the_piece_under_the_mouse_or_at_the_cross_hair(qtbot, window):
     window.slices.toggle()
     view = window.slices.column.views[0]
     view.setFocus()
@@ -180,10 +180,13 @@ def test_keys_in_a_slice_take_the_piece_at_the_cross_hair(qtbot, window):
     for key in (Qt.Key.Key_I, Qt.Key.Key_X):
         # What was clicked in the image is still sought.
         window.sensitivity_state.pick((0.58, 0.5))
-        window.slices.state.move((3 / 11, 0.5, 0.5))
+        left, right = (3 / 11, 0.5, 0.5), (8 / 11, 0.5, 0.5)
+        is_isolated = key == Qt.Key.Key_I
+        window.slices.state.move(right if is_isolated else left)
+        window.slices.state.hovered.emit(left if is_isolated else None)
         QTest.keyClick(view, key)
         qtbot.waitUntil(lambda: shown(window) is not None)
-        assert is_left(shown(window)) == (key == Qt.Key.Key_I)
+        assert is_left(shown(window)) == is_isolated
         window.state.edits.undo()
 
 
