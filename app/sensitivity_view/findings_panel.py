@@ -210,8 +210,8 @@ class FindingsPanel(QFrame):
         self.title = ElidedLabel()
         self.title.setProperty("role", "title")
         self.title.setFixedHeight(HEADER_HEIGHT)
-        self.values_note, self.edits_heading, self.edits_note = (_heading() for _ in range(3))
-        self.edits_heading.setMinimumWidth(1)  # the region's name may be long
+        self.values_note, self.edits_note = _heading(), _heading()
+        self.edits = QWidget()  # what is about them
         self.rename = IconButton("rename", "Rename the region")
         self.close_button = IconButton("close", "Close", "Esc")
         self.close_button.clicked.connect(lambda: asker.asked.open_panel(False))
@@ -318,9 +318,8 @@ class FindingsPanel(QFrame):
         edits, effects = edits_found(asker, layer.peaks, values)
         name, is_place = asker.asked.region_name, asker.asked.place is not None
         self.title.full_text = "Clicked place" if is_place else name
-        # Edits are always those of the region.
-        whose = "the whole image" if asker.asked.active is None else name
-        self.edits_heading.setText(f"Change {whose}" if is_place else "Add a mode")
+        # Edits are those of the region.
+        self.edits.setVisible(not is_place)
         self.rename.setEnabled(asker.asked.active is not None)
         for note, rows, found in (
             (self.values_note, self.value_rows, values),
@@ -352,10 +351,11 @@ class FindingsPanel(QFrame):
         page.setProperty("role", "side page")
         opacity = _heading("opacity")
         opacity.setToolTip(self.height_box.toolTip())
-        edits = fill(QHBoxLayout(), self.edits_heading, 0, opacity, self.height_box, spacing=6)
+        parts = _heading("Add a mode"), 0, opacity, self.height_box
+        heading = fill(QHBoxLayout(), *parts, spacing=6)
+        fill(QVBoxLayout(self.edits), heading, *self.edit_rows, self.edits_note)
         self._said.setContentsMargins(4, 0, 0, 0)
-        rows: list[QWidget | QHBoxLayout] = [self.values_note, *self.value_rows, edits]
-        rows += [*self.edit_rows, self.edits_note, self._said]
+        rows = [self.values_note, *self.value_rows, self.edits, self._said]
         fill(QVBoxLayout(page), *rows, 0, margins=(8, 0, 8, 4))
         scroll = QScrollArea(widgetResizable=True)
         scroll.setProperty("role", "side")

@@ -39,7 +39,7 @@ class PieceFinder(QObject):
         self._call = LatestCall("pieces", self, self._take, self._refuse)
         self.stop, self.join = self._call.stop, self._call.join
         asker.answered.connect(self._follow)
-        self._seen: list[Triple] = []  # the first visible point at the clicked place, if any
+        self._seen: list[Triple] = []  # the most visible point at the clicked place, if any
         asker.asked.changed.connect(self._find_point)
         asker.state.viewChanged.connect(self._carry)
 
@@ -78,6 +78,7 @@ class PieceFinder(QObject):
             volume, place, self._seen = self._volume(), self._asker.asked.place, []
             if volume is not None and place is not None:
                 found = ray_places(volume, self._state.inputs, from_middle(place))
+                found.sort(key=lambda one: -one[1])
                 self._seen = [point for point, _share in found[:1]]
 
     def _carry(self, view: View) -> None:

@@ -180,7 +180,7 @@ class Slices(QObject):
         self._context.workspace.keep(slice_colors=colors, gray_window=window)
 
     def _follow_question(self, what: str) -> None:
-        """Outline the band of values, and move to the surface at a clicked point."""
+        """Outline the band of values, and move to what shows most at a clicked point."""
         asked, volume = self._context.sensitivity, self.state.volume
         if what in ("band", "choices") and volume is not None:
             band = asked.band if asked.choices.shown else None
@@ -191,10 +191,10 @@ class Slices(QObject):
             else:
                 self.state.show(band=band_of_edit(band.values, whole, width))
         elif what == "place" and self.is_shown:
-            self._go(0)
+            self._go(None)
 
-    def _go(self, step: int) -> None:
-        """Put the cross-hair onto one of the surfaces under a click in an image."""
+    def _go(self, step: int | None) -> None:
+        """Put the cross-hair onto a surface under a click in an image, if None the most visible."""
         place, volume = self._context.sensitivity.place, self.state.volume
         if place is None or volume is None:
             return
@@ -202,6 +202,8 @@ class Slices(QObject):
         if not found:
             self._context.status.say("Nothing shows there, so the cross-hair stays.")
         else:
+            shares = [share for _point, share in found]
+            step = shares.index(max(shares)) if step is None else step
             self._step = min(max(step, 0), len(found) - 1)
             there, share = found[self._step]
             self.state.move(there)

@@ -60,7 +60,11 @@ def renderable_scalars(
     def scale(z: int) -> None:
         doubles = values[z].astype(np.float64)
         np.clip(doubles, lowest, highest, out=doubles)
-        scaled[z] = (doubles / 2 - lo / 2) / span
+        # In place: what memory costs is more than the arithmetic.
+        doubles /= 2
+        doubles -= lo / 2
+        doubles /= span
+        scaled[z] = doubles
 
     in_threads(scale, range(len(values)))
     return scaled, (0.0, 1.0)

@@ -295,7 +295,9 @@ def test_slices_follow_the_pane_that_is_edited(qtbot, window):
 
 
 @pytest.mark.parametrize("guided", [True, False])
-def test_a_click_in_an_image_goes_to_what_shows_there_and_keys_go_on(window, guided):
+def test_a_click_in_an_image_goes_to_what_shows_most_there_and_keys_go_on(
+    window, guided, monkeypatch
+):
     window.sensitivity_state.choose(shown=guided)
     window.state.tf_input.set(make_tf())
     window.state.look_from("Top")
@@ -333,6 +335,10 @@ def test_a_click_in_an_image_goes_to_what_shows_there_and_keys_go_on(window, gui
     QTest.mouseDClick(canvas, Qt.MouseButton.LeftButton, pos=point)
     QTest.qWait(0)
     assert voxel(window) == voxel_of(volume, places[-2][0])
+    faint_first = [(place, 0.1 + step) for step, (place, _share) in enumerate(places)]
+    monkeypatch.setattr("app.window.slices.ray_places", lambda *_: faint_first)
+    window.sensitivity_state.pick((x + 0.01, y))
+    assert voxel(window) == voxel_of(volume, places[-1][0])
 
 
 def test_a_resting_mouse_marks_the_value_and_shows_where_it_is_visible(qtbot, window):
