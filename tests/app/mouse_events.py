@@ -1,6 +1,6 @@
 """Events as a mouse sends them."""
 
-from PySide6.QtCore import QPoint, QRect, Qt
+from PySide6.QtCore import QPoint, QPointF, QRect, Qt
 from PySide6.QtGui import QAction, QWheelEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
@@ -16,6 +16,12 @@ def action(window, text):
 
 def box_of(widget, parent):
     return QRect(widget.mapTo(parent, QPoint()), widget.size())
+
+
+def pixel(editor, value, height):
+    """A place of the editor's opacity plot."""
+    at = QPointF(editor.area.axis.place(value), height)
+    return editor.area.widget.mapFromScene(editor.area.opacity.mapViewToScene(at))
 
 
 def at(canvas, x, y):

@@ -6,6 +6,7 @@ import pytest
 from PIL import Image
 from PySide6.QtCore import QRectF, Qt
 from PySide6.QtGui import QImage, QPainter
+from rested_window import act_until
 from window_fakes import FakeEngine, make_request
 
 from app.engines import requests
@@ -23,8 +24,7 @@ def red(pane):
 def test_images_are_shown_brighter_at_once(qtbot, pane):
     pane.client.start(FakeEngine, "Loading …")
     pane.brightness.set(2.0)
-    with qtbot.waitSignal(pane.client.settled):
-        pane.client.submit(make_request(7))
+    act_until(qtbot, pane.client.settled, pane.client.submit, make_request(7))
     assert red(pane) == 14
     pane.brightness.set(0.5)
     assert red(pane) == 4
@@ -37,8 +37,7 @@ def test_images_are_shown_brighter_at_once(qtbot, pane):
 def test_an_image_that_is_not_up_to_date_says_so_once_the_next_takes_long(qtbot, pane):
     engine = FakeEngine(gate=threading.Semaphore(1))
     pane.client.start(lambda *_: engine, "Loading …")
-    with qtbot.waitSignal(pane.client.settled):
-        pane.client.submit(make_request(1))
+    act_until(qtbot, pane.client.settled, pane.client.submit, make_request(1))
     assert pane.caption.detail != "drawing …"
     # A finer image of the same inputs: what is shown is right.
     pane.client.submit(make_request(2))

@@ -5,12 +5,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from mouse_events import at, drag, wheel
+from mouse_events import at, drag, pixel, wheel
 from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QFileDialog
 from ramp import make_tf, make_volume
-from sensitivity_events import asked, hover, over_plot
+from rested_window import act_until
+from sensitivity_events import asked, hover
 from window_fakes import FakeEngine
 
 from app.engines.requests import ValueSensitivityRequest, ValueVisibilityRequest
@@ -81,8 +82,7 @@ def test_another_volume_forgets_the_answers(qtbot, window, builders):
     qtbot.waitUntil(lambda: window.reference.canvas.cover is not None)
     old = builders.analysts[-1]
     builders.volumes["other"] = make_volume("other", 500.0)
-    with qtbot.waitSignal(window.workspace.volumeOpened):
-        window.workspace.opening.open(Path("other"))
+    act_until(qtbot, window.workspace.volumeOpened, window.workspace.opening.open, Path("other"))
     assert window.sensitivity_state.band is window.sensitivity_state.place is None
     assert window.reference.canvas.cover is None
     qtbot.waitUntil(lambda: old.closed)
@@ -97,8 +97,7 @@ def test_another_volume_forgets_the_answers(qtbot, window, builders):
     builders.volumes["ramp 2"] = make_volume("ramp 2", 500.0)
     builders.volumes["flat"] = Volume(make_volume("other").voxels[:, :, :3], name="flat")
     for name, outline in (("ramp 2", region), ("flat", Outline())):
-        with qtbot.waitSignal(window.workspace.volumeOpened):
-            window.workspace.opening.open(Path(name))
+        act_until(qtbot, window.workspace.volumeOpened, window.workspace.opening.open, Path(name))
         assert state.outline == outline
     assert window.sensitivity.chips.region.caption == "Whole image ▾"
     qtbot.waitUntil(lambda: window.workspace.is_settled)
@@ -264,8 +263,7 @@ def test_what_is_shown_is_saved_as_figure_and_numbers(
     window.sensitivity_state.choose(engine="exact")
     window.sensitivity_state.keep(180.0)
     assert window.sensitivity.result() is None
-    for _ in range(40):
-        builders.analysts[-1].gate.release()
+    builders.analysts[-1].gate.release(40)
     qtbot.waitUntil(lambda: window.sensitivity.result() is not None)
     builders.analysts[-1].gate = None
 
@@ -376,9 +374,9 @@ def test_exact_and_learned_fields_have_one_scale_which_a_click_on_the_bar_locks(
 def test_the_wheel_widens_and_a_drag_pins_a_band(qtbot, window):
     viewport, state = window.editor.area.widget.viewport(), window.sensitivity_state
     width = state.choices.width
-    wheel(viewport, QPointF(over_plot(window, 150.0)), 2)
+    wheel(viewport, QPointF(pixel(window.editor, 150.0, 0.8)), 2)
     assert state.choices.width == pytest.approx(width * 1.15**2)
-    drag(viewport, *(over_plot(window, value, 0.5) for value in (140.0, 150.0, 160.0)))
+    drag(viewport, *(pixel(window.editor, value, 0.5) for value in (140.0, 150.0, 160.0)))
     assert state.band is not None and state.band.kept
     assert state.band.values == pytest.approx((140.0, 160.0), abs=0.5)
     QApplication.sendEvent(viewport, QEvent(QEvent.Type.Leave))
@@ -413,8 +411,7 @@ def test_a_field_is_never_over_another_image(qtbot, window, builders):
         assert cover == to_qimage(overlay(old, shown, scale_of(shown), "signed").astype("f4"))
     drawn = window.sensitivity.visible._curve
     assert drawn.opacity() < 1
-    for _ in range(40):
-        analyst.gate.release()
+    analyst.gate.release(40)
     qtbot.waitUntil(lambda: window.workspace.sensitivity.fields["exact"].is_of(window.state.inputs))
     qtbot.waitUntil(lambda: drawn.opacity() == 1)
     analyst.gate = None

@@ -112,8 +112,7 @@ def test_what_fails_or_hangs_is_left_to_the_engines(qtbot, folder, program, long
         # One that cannot start.
         work = Preparation(None, (str(folder / "nowhere"),))
         work.begin()
-    with qtbot.waitSignal(work.prepared):
-        work.want([IMAGES])
+    act_until(qtbot, work.prepared, work.want, [IMAGES])
     assert work.is_prepared(IMAGES)
     assert not IMAGES.is_prepared
 

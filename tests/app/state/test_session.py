@@ -1,9 +1,9 @@
 import json
+import random
 import shutil
 from contextlib import suppress
 from dataclasses import asdict, fields, replace
 
-import numpy as np
 import pytest
 from fake_models import WEIGHTS, make_model
 from kept_values import MEMORY, SETTINGS
@@ -19,6 +19,7 @@ from model.errors import CheckpointError
 from model.generator.catalog import shipped_models
 from model.networks.card import MODEL_FILE, load_card
 from model.scene.scene import FORMAT_VERSION
+from tests.fuzz.mutations import mutated_json
 
 CONTENT = SessionContent(
     replace(MEMORY, path="", models=()),
@@ -124,14 +125,9 @@ def test_other_files_are_no_sessions(tmp_path):
 def test_damaged_files_are_opened_or_refused(tmp_path):
     path = tmp_path / "a.tfscope"
     make_session(tmp_path).save(path)
-    whole, rng = path.read_bytes(), np.random.default_rng(0)
+    whole, rng = path.read_bytes(), random.Random(0)
     for _ in range(300):
-        content = bytearray(whole)
-        for place in rng.integers(len(whole), size=rng.integers(1, 4)):
-            content[place] = rng.integers(256)
-        if rng.random() < 0.3:
-            del content[rng.integers(len(content)) :]
-        path.write_bytes(content)
+        path.write_bytes(mutated_json(whole, rng))
         with suppress(SessionError):
             Session.load(path)
 

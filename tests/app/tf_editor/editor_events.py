@@ -4,15 +4,9 @@ from types import SimpleNamespace
 
 import mouse_events
 from mouse_events import LEFT, NONE
-from PySide6.QtCore import QPointF
 from PySide6.QtTest import QTest
 
 from model.scene.volume import FileFacts
-
-
-def pixel(editor, value, height):
-    at = QPointF(editor.area.axis.place(value), height)
-    return editor.area.widget.mapFromScene(editor.area.opacity.mapViewToScene(at))
 
 
 def click(editor, at, modifier=NONE):

@@ -2,7 +2,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from editor_events import LEFT, click, double_click, drag, pixel
+from editor_events import LEFT, click, double_click, drag
+from mouse_events import pixel
 from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtGui import QColor
 from PySide6.QtTest import QTest

@@ -2,10 +2,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from editor_events import LEFT, double_click, drag, histogram, pixel
+from editor_events import LEFT, double_click, drag, histogram
 from hypothesis import example, given
 from hypothesis import strategies as st
-from mouse_events import wheel
+from mouse_events import pixel, wheel
 from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtTest import QTest
 

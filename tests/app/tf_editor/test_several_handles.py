@@ -2,7 +2,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from editor_events import NONE, click, drag, pixel
+from editor_events import NONE, click, drag
+from mouse_events import pixel
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from ramp import make_tf

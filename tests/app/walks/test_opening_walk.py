@@ -9,12 +9,11 @@ from PySide6.QtGui import QDragEnterEvent, QDropEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 from ramp import make_tf, make_volume
-from rested_window import notice_buttons, rested
+from rested_window import act_until, notice_buttons, rested
 
 from app.state.library import Library
 from model.scene.crop import CropBox
 from model.scene.ranges import fit_to_range
-from model.scene.region import Outline
 from model.scene.scene import Scene
 from model.scene.view import View
 
@@ -74,16 +73,13 @@ def test_what_is_remembered_is_there_with_the_first_picture(qtbot, window, build
     drop(window, "tall")
     opened(qtbot, window, "tall")
     view, crop = View(azimuth=77.0), CropBox((0.1, 0.0, 0.0), (0.9, 1.0, 1.0))
-    region = Outline.rectangle(0.2, 0.2, 0.7, 0.7)
     window.state.set_view(view)
     window.state.crop_input.set(crop)
-    window.sensitivity_state.add_region(region)
     narrow = fit_to_range(make_tf(150.0), (120.0, 180.0))
-    with qtbot.waitSignal(window.workspace.rangeChanged):
-        window.state.tf_input.set(narrow, "edit")
+    act_until(qtbot, window.workspace.rangeChanged, window.state.tf_input.set, narrow, "edit")
     drop(window, "flat")
     opened(qtbot, window, "flat")
-    assert window.state.crop is None and window.sensitivity_state.regions == ()
+    assert window.state.crop is None
     seen, drawn = seen_over(window), len(builders.drawn)
     drop(window, "tall")
     opened(qtbot, window, "tall")
@@ -92,7 +88,6 @@ def test_what_is_remembered_is_there_with_the_first_picture(qtbot, window, build
     assert set(seen) == {("tall", (120.0, 180.0))}
     assert window.state.transfer_function == narrow
     assert (window.state.view, window.state.crop) == (view, crop)
-    assert [each.outline for each in window.sensitivity_state.regions] == [region]
     assert "restored" in window.status.news
 
 

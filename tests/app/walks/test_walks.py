@@ -5,7 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QPoint, QPointF, Qt
+from mouse_events import pixel
+from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QWidget
 from ramp import make_tf, make_volume
@@ -43,14 +44,9 @@ class Drag:
 
 def handle(window):
     """Drag the point of the first mode upwards."""
-    area = window.editor.area
-    at = [
-        area.widget.mapFromScene(
-            area.opacity.mapViewToScene(QPointF(area.axis.place(130.0), height))
-        )
-        for height in (0.5, 0.8)
-    ]
-    return Drag(area.widget.viewport(), *at)
+    editor = window.editor
+    at = (pixel(editor, 130.0, height) for height in (0.5, 0.8))
+    return Drag(editor.area.widget.viewport(), *at)
 
 
 def turn(window):
@@ -85,8 +81,7 @@ def gate(window, builders):
     gate = builders.references[-1].gate = threading.Semaphore(0)
     yield gate
     builders.references[-1].gate = None
-    for _ in range(100):
-        gate.release()
+    gate.release(100)
 
 
 def watched(window):
@@ -132,8 +127,7 @@ def test_one_picture_is_on_its_way_and_the_next_is_of_the_newest_state(
     # Nothing moves: what is shown is what there is.
     assert len(asked) == 2 and shown[-1].request.inputs == window.state.inputs
     drag.step()
-    for _ in range(100):
-        gate.release()
+    gate.release(100)
     last = let_go(qtbot, window, drag, shown)
     assert last.request.inputs == window.state.inputs
     assert last.request.quality.pixels == window.workspace.reference.raster
@@ -150,8 +144,7 @@ def test_what_is_taken_back_is_not_shown_any_more(qtbot, window, gate, builders)
     drag.step()
     qtbot.waitUntil(lambda: len(engine.requests) == drawn + 1)
     window.state.tf_input.cancel()
-    for _ in range(100):
-        gate.release()
+    gate.release(100)
     qtbot.waitUntil(lambda: window.workspace.is_settled and len(shown) > 0)
     qtbot.waitUntil(lambda: shown[-1].request.inputs == before)
     assert not shown[-1].request.quality.live
@@ -208,8 +201,7 @@ def test_a_region_is_answered_as_it_is_drawn_and_in_full_in_the_end(qtbot, windo
     assert len(seen) <= 1
     engine.gate = None
     drag.release()
-    for _ in range(100):
-        gate.release()
+    gate.release(100)
     qtbot.waitUntil(lambda: answers.is_fresh(answers.region))
     qtbot.waitUntil(lambda: not answers.region.request.quality.live)
     assert answers.region.request.region == window.sensitivity_state.outline

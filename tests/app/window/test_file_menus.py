@@ -76,8 +76,7 @@ def test_a_model_offers_its_volume_and_comes_back_with_it(qtbot, window, builder
     act_until(qtbot, window.workspace.volumeStarted, window.files.open_volume, Path("ramp"))
     window.files.open_model(folder)
     assert "'other'" in window.notice.text
-    with qtbot.waitSignal(window.workspace.volumeStarted):
-        notice_buttons(window)["Open both"].click()
+    act_until(qtbot, window.workspace.volumeStarted, notice_buttons(window)["Open both"].click)
     assert window.workspace.model.folder == folder and not window.state.tf_input.compares
     window.state.tf_input.compare(True)
     window.files.open_model(folder)
@@ -228,8 +227,7 @@ def test_files_are_opened_and_saved_unless_that_is_cancelled(
     window.notice.clear()
     builders.volumes["other"] = make_volume("other", top=300.0)
     answer("other.nrrd")
-    with qtbot.waitSignal(window.workspace.volumeStarted):
-        files.ask_and_open()
+    act_until(qtbot, window.workspace.volumeStarted, files.ask_and_open)
     assert window.state.scalar_range == (100.0, 300.0)
 
 

@@ -12,9 +12,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QFileDialog, QPushButton
 from rested_window import act_until, open_volume, settle
 
-from app.state.preferences import Preferences
 from app.window.context import VOLUME_FILTER
-from app.window.main_window import MainWindow
 from app.window.volume_dialogs import LabelsDialog
 from model.errors import TfscopeError
 from model.rendering.scale_bar import volume_text
@@ -40,17 +38,15 @@ def blocks(shape=(12, 12, 12)):
 
 
 @pytest.fixture
-def window(qtbot, builders, tmp_path):
-    return opened(qtbot, builders, tmp_path)
-
-
-def opened(qtbot, builders, tmp_path):
-    """A window as the next run would open it."""
+def window(qtbot, builders, start_again, tmp_path):
     builders.volumes["blocks"] = blocks()
     (tmp_path / "blocks").touch()
-    window = MainWindow(builders.make(), preferences=Preferences(tmp_path / "kept"))
-    qtbot.addWidget(window)
-    act_until(qtbot, window.workspace.volumeStarted, window.files.open, tmp_path / "blocks")
+    return opened(qtbot, start_again, tmp_path)
+
+
+def opened(qtbot, start_again, tmp_path):
+    """A window as the next run would open it."""
+    window = start_again(tmp_path / "blocks")
     window.show()
     qtbot.waitExposed(window)
     window.state.tf_input.set(TF)
@@ -190,7 +186,9 @@ def test_keys_in_a_slice_take_the_piece_under_the_mouse_or_at_the_cross_hair(qtb
         window.state.edits.undo()
 
 
-def test_the_next_run_and_sessions_have_a_mask(qtbot, window, builders, tmp_path, monkeypatch):
+def test_the_next_run_and_sessions_have_a_mask(
+    qtbot, window, builders, start_again, tmp_path, monkeypatch
+):
     click(qtbot, window, 0.42).text.linkActivated.emit("a0")
     mask, session = window.state.inputs.mask, tmp_path / "a.tfscope"
     running, most = [], []
@@ -221,7 +219,7 @@ def test_the_next_run_and_sessions_have_a_mask(qtbot, window, builders, tmp_path
     assert most == [1, 1]
     assert read_mask(tmp_path / "a.tfscope.mask.nrrd", blocks()) == mask
     window.close()
-    window = opened(qtbot, builders, tmp_path)
+    window = opened(qtbot, start_again, tmp_path)
     assert window.state.inputs.mask == mask
     # Another volume has none, and the first one has its own again.
     builders.volumes["other"] = blocks((12, 12, 13))
@@ -317,8 +315,8 @@ def asked(qtbot, window, path, labels):
     return next(d for d in window.findChildren(LabelsDialog) if d.isVisible())
 
 
-def test_two_windows_keep_a_mask_each(qtbot, window, builders, tmp_path):
-    other = opened(qtbot, builders, tmp_path)
+def test_two_windows_keep_a_mask_each(qtbot, window, start_again, tmp_path):
+    other = opened(qtbot, start_again, tmp_path)
     click(qtbot, window, 0.42).text.linkActivated.emit("a0")
     click(qtbot, other, 0.42).text.linkActivated.emit("c0")
     masks = [each.state.inputs.mask for each in (window, other)]
@@ -327,4 +325,4 @@ def test_two_windows_keep_a_mask_each(qtbot, window, builders, tmp_path):
     found = [read_mask(path, blocks()) for path in tmp_path.glob("kept/volumes/*.mask.nrrd")]
     assert len(found) == 2 and all(mask in found for mask in masks)
     # The last one wins.
-    assert opened(qtbot, builders, tmp_path).state.inputs.mask == masks[1]
+    assert opened(qtbot, start_again, tmp_path).state.inputs.mask == masks[1]

@@ -8,7 +8,7 @@ from PySide6.QtGui import QPixmap
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QLabel, QPushButton, QVBoxLayout, QWidget
 from ramp import make_tf, make_volume
-from rested_window import open_volume
+from rested_window import act_until, open_volume
 
 from app import controls
 from app.controls import Action
@@ -249,8 +249,7 @@ def test_an_end_is_dragged_live(qtbot, state, crop_card):
         assert state.crop.low[0] == pytest.approx(low, abs=0.02)
         assert state.crop.high[0] - state.crop.low[0] == pytest.approx(0.4)
     # Hiding ends a drag and keeps the box.
-    with qtbot.waitSignal(state.crop_input.changeFinished):
-        QTest.mouseClick(crop_card.dismiss, LEFT)
+    act_until(qtbot, state.crop_input.changeFinished, QTest.mouseClick, crop_card.dismiss, LEFT)
     QTest.mouseRelease(slider, LEFT)
     assert not crop_card.isVisible() and not crop_card.is_shown
     assert state.crop is not None and not state.live

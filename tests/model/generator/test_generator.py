@@ -6,9 +6,8 @@ import pytest
 import torch
 from skimage.transform import resize
 
-from model.errors import LatentError, TfscopeError
+from model.errors import TfscopeError
 from model.generator import catalog as shipped
-from model.latent.codes import NetworkCodec
 from model.networks.blocks import choose_device
 from model.networks.checkpoint import load_model
 from model.networks.generator_network import EncodedInputs, decode_unit, encode_unit
@@ -55,20 +54,6 @@ def test_a_batch_equals_single_images(lively_generator, samples):
     for name in ("view", "opacity_tf", "color_tf"):
         other = replace(samples[0], **{name: getattr(samples[1], name)})
         assert np.abs(lively_generator.render(other) - batch[0]).max() > 1e-3
-
-
-def test_rendering_the_code_equals_rendering_the_tf(lively_generator, samples):
-    s = samples[1]
-    tfs = np.stack([x.opacity_tf.sample() for x in samples])
-    code = NetworkCodec(lively_generator.network.codec).encode(tfs)[1]
-    expected = lively_generator.render(s)
-    np.testing.assert_allclose(lively_generator.render_latent(code, s), expected, atol=1e-5)
-    with pytest.raises(LatentError, match="NaN"):
-        lively_generator.render_latent(np.nan * code, s)
-    several = lively_generator.render_latent(np.stack([code, 0 * code]), s)
-    assert several.shape == (2, 64, 64, 4)
-    np.testing.assert_allclose(several[0], expected, atol=1e-5)
-    assert np.abs(several[1] - expected).max() > 1e-3
 
 
 def test_a_tf_made_for_another_range_means_the_same_values(lively_generator, samples):

@@ -24,12 +24,6 @@ def kept_map(tmp_path):
     return kept_map
 
 
-def test_a_map_comes_back_in_half_precision(kept_map):
-    model_codes, places = latent_space.load_map(kept_map, latent_space.map_key("one"))
-    assert (model_codes == CODES.astype(np.float16)).all()
-    assert (places == PLACES.astype(np.float16)).all()
-
-
 def test_a_map_of_another_codec_is_refused(kept_map):
     with pytest.raises(LatentError, match="another codec"):
         latent_space.load_map(kept_map, latent_space.map_key("other"))

@@ -1,12 +1,10 @@
-"""Opacity of a sample and its derivative, against arithmetic of 60 digits; brighter colours."""
+"""Opacity of a sample and its derivative, against arithmetic of 60 digits."""
 
-import colorsys
 from decimal import Decimal, localcontext
 
 import numpy as np
 import pytest
 
-from model.rendering.brightness import brighten
 from model.rendering.opacity_correction import NEARLY_OPAQUE, per_sample, per_sample_derivative
 
 
@@ -37,26 +35,3 @@ def test_the_derivative_at_opaque_is_cut_off_below_one_voxel_and_exact_from_ther
         assert opaque == pytest.approx(nearly) and 0 < opaque < 511
     else:
         assert opaque == {1.0: 1.0, 2.0: 0.0}[distance]
-
-
-@pytest.mark.parametrize("brightness", [0.25, 0.5, 1.0, 2.0, 4.0])
-def test_dark_colours_have_the_factor_and_full_ones_stay(brightness):
-    greys = np.linspace(0, 1, 101, dtype=np.float32)
-    colors = np.repeat(greys[:, None], 3, axis=1)
-    brighten(colors, brightness)
-    level = colors[:, 0]
-    assert level[0] == 0 and level[-1] == pytest.approx(1)
-    assert level[1] / greys[1] == pytest.approx(brightness, rel=0.05)
-    assert (np.diff(level) > 0).all()
-    # Darker by the inverse is the way back.
-    brighten(colors, 1 / brightness)
-    np.testing.assert_allclose(colors[:, 0], greys, atol=1e-6)
-
-
-def test_hues_and_saturations_stay():
-    colors = np.random.default_rng(3).random((50, 3)).astype(np.float32)
-    before = [colorsys.rgb_to_hsv(*map(float, color)) for color in colors]
-    brighten(colors, 2.0)
-    after = [colorsys.rgb_to_hsv(*map(float, color)) for color in colors]
-    np.testing.assert_allclose(np.array(after)[:, :2], np.array(before)[:, :2], atol=1e-5)
-    assert colors.max() <= 1

@@ -113,14 +113,3 @@ def test_movies_of_unknown_formats_are_refused(tmp_path):
     for suffix in (".mp4", ".gif"):
         with pytest.raises(RenderError, match=r"missing/path.+ written \(No such file or dir"):
             write_movie(tmp_path / "missing" / f"path{suffix}", frames, 25)
-
-
-@pytest.mark.parametrize("suffix", [".mp4", ".gif"])
-def test_a_movie_that_is_ended_leaves_nothing(tmp_path, suffix):
-    def frames():
-        yield np.zeros((16, 16, 3), np.uint8)
-        raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        write_movie(tmp_path / f"path{suffix}", frames(), 25)
-    assert not [*tmp_path.iterdir()]

@@ -51,23 +51,19 @@ def test_a_streams_samples_are_those_of_the_scene(volume, raycast, stage):
             np.testing.assert_array_equal(batch.arrays[name][i], values[0])
 
 
-def test_batches_do_not_depend_on_threads(volume, raycast):
-    one, other = (
-        islice(stream(volume, raycast, threads=threads).batches(0, 16, 3, 0), 12)
-        for threads in (1, 3)
-    )
-    for a, b in zip(one, other, strict=True):
-        assert_same(a, b)
-
-
-@pytest.mark.slow
-def test_batches_do_not_depend_on_processes(volume, raycast):
-    one = stream(volume, raycast, threads=1)
-    ring = RING_SAMPLES // PROCESS_RINGS
-    other = stream(volume, raycast, ring, threads=2, processes=True)
-    for a, b in zip(
-        *(islice(source.batches(1, 16, 3, 0, 16), 4) for source in (one, other)), strict=True
-    ):
+@pytest.mark.parametrize(
+    ("ring", "by"),
+    [
+        (RING_SAMPLES, {"threads": 3}),
+        pytest.param(
+            RING_SAMPLES // PROCESS_RINGS, {"threads": 2, "processes": True}, marks=pytest.mark.slow
+        ),
+    ],
+)
+def test_batches_do_not_depend_on_threads_or_processes(volume, raycast, ring, by):
+    one, other = stream(volume, raycast, threads=1), stream(volume, raycast, ring, **by)
+    batches = (islice(source.batches(1, 16, 3, 0, 16), 8) for source in (one, other))
+    for a, b in zip(*batches, strict=True):
         assert_same(a, b)
 
 

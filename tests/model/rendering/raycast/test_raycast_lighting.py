@@ -18,7 +18,7 @@ from model.scene.transfer_function import ColorTF, OpacityTF
 from model.scene.view import View
 from model.scene.volume import Volume
 from tests import reference_light
-from tests.benchmarks.extremes import field, picture, posed
+from tests.benchmarks.extremes import picture, posed
 
 BYTES = (0.0, 1.0)
 GREY = ColorTF(RANGE, ((0.0, 0.5, 0.5, 0.5),))
@@ -126,16 +126,6 @@ UNIT_WHITE = ColorTF((0.0, 1.0), ((0.0, 1.0, 1.0, 1.0),))
 
 def even(opacity):
     return OpacityTF((0.0, 1.0), points=((0.0, opacity),))
-
-
-@pytest.mark.parametrize("opacity", [1e-12, 1e-3, 0.4, 1 - 1e-7])
-def test_the_reference_has_the_opacity_of_a_slab(opacity):
-    """Along an axis a ray crosses 19 voxels: 1 - (1 - a)^19, whatever the step is."""
-    inputs = SceneInputs(View(), even(opacity), UNIT_WHITE)
-    for distance in (0.3, 0.5, 1.0):
-        image = reference_light.picture(Volume(field()), inputs, 1, distance)
-        exact = -math.expm1(19 * math.log1p(-float(np.float32(opacity))))
-        assert image[0, 0, 3] == pytest.approx(exact, rel=1e-12)
 
 
 def test_what_is_homogeneous_is_half_lit_inside_and_by_its_faces_outside():
