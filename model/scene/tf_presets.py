@@ -115,6 +115,7 @@ _DENSE_PARTS = _Recipe(
 
 DENSE_SHARE = 0.004  # fraction of all voxels that count as the densest
 AIR_HU, TISSUE_HU, BONE_HU = -1000.0, 40.0, 1200.0  # of air, soft tissue and dense bone
+LEAST_BONE_HU = 500.0  # that a volume with soft tissue and bone reaches
 
 
 def presets(
@@ -134,7 +135,11 @@ def presets(
     is_hu = scale == "linear" and looks_like_hu((float(edges[0]), float(edges[-1])), units)
     # CT values that are not HU are usually a linear function of HU.
     slope = (marks.tissue - marks.peak) / (TISSUE_HU - AIR_HU)
-    bone = min(marks.peak + slope * (BONE_HU - AIR_HU), max(marks.highest, marks.tissue + slope))
+    if marks.peak + slope * (LEAST_BONE_HU - AIR_HU) > marks.highest:
+        # No bone fits above it: the highest peak is not of soft tissue, but of bone.
+        slope *= (TISSUE_HU - AIR_HU) / (BONE_HU - AIR_HU)
+    tissue = marks.peak + slope * (TISSUE_HU - AIR_HU)
+    bone = min(marks.peak + slope * (BONE_HU - AIR_HU), max(marks.highest, tissue + slope))
 
     def placed(value: float) -> float:
         return float(np.interp(value, (0.0, 0.5, 1.0), (marks.low, marks.middle, marks.high)))
@@ -144,7 +149,7 @@ def presets(
             return value
         if value <= TISSUE_HU:
             return marks.peak + slope * (value - AIR_HU)
-        return marks.tissue + (bone - marks.tissue) * (value - TISSUE_HU) / (BONE_HU - TISSUE_HU)
+        return tissue + (bone - tissue) * (value - TISSUE_HU) / (BONE_HU - TISSUE_HU)
 
     def of_dense(value: float) -> float:
         return marks.peak + value * (marks.dense - marks.peak)

@@ -215,6 +215,15 @@ def test_a_ct_on_another_scale_has_the_same_presets():
             )
 
 
+def test_bone_without_soft_tissue_is_opaque():
+    rng = np.random.default_rng(3)
+    # A micro-CT of bone whose values fill 8 bits.
+    values = np.concatenate([rng.normal(14, 4, 60_000), rng.normal(235, 8, 30_000)])
+    bone = named(values.clip(0, 255))["Bone white"].opacity
+    assert bone(235.0) > 0.5
+    assert bone([14.0, 80.0]).max() == 0
+
+
 def test_all_span_the_range_asked_for_and_differ():
     values = ct(np.random.default_rng(1))
     counts, edges = np.histogram(values, bins=256)
