@@ -65,10 +65,12 @@ class CellGrid(KeyedWidget):
         if self._picture is not None:
             source, exposures = self._picture.source, self._picture.exposures
             for cell, image in self._picture.images.items():
-                brightness = self._brightness.of(source)
+                brightness, ground = self._brightness.of(source), self.background
                 if cell in exposures:
                     brightness = self._brightness.usual[source] * exposures[cell]
-                self.images[cell] = compose(image, self.background, brightness)
+                    # On white, what is brightened would vanish.
+                    ground = BLACK if exposures[cell] >= LEAST_SHOWN else ground
+                self.images[cell] = compose(image, ground, brightness)
         self.update()
 
     @property

@@ -198,7 +198,8 @@ class FieldCover(QObject):
         self.scale = display.scale_of(difference, display.LEAST_DIFFERENCE)
         colored = display.overlay(what_if.image, difference, self.scale, "signed")
         self._caption = f"{short(self.scale)} brighter with {edit}"
-        self._show(colored, "signed", "change by the edit")
+        over = ", over black" * self._asked.over_bright
+        self._show(colored, "signed", f"change by the edit{over}")
         detail = f"{edit}: {effect_text(what_if)} ({answer.source})"
         self.pane.name_cover("What if", detail, self._caption)
 

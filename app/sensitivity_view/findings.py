@@ -63,7 +63,8 @@ class Values:
         before = self.found if holds and place == self.place else ()
         found = contributions(answer.value[0], scalar_range)
         listed = follow(before, found, scalar_range, partial(replace, share=0.0))
-        return Values(place, listed[:ROWS])
+        # What is below a held list stays in place, too.
+        return Values(place, listed[: len(before) or ROWS])
 
 
 def answer_of_values(asker: SensitivityAsker) -> VisibilityAnswer | None:
@@ -167,6 +168,8 @@ def _edit(asker: SensitivityAsker, number: int, interval: Interval) -> tuple[Row
     at = write(interval.value)
     change = interval.predicted(choices.height)
     effect = brightness_text(change)
+    if asker.asked.over_bright:
+        effect = f"{short(round(change, 3), signed=True)} over black"
     if choices.measure == "change":
         effect = f"changes by {change_text(change)}"
     tip = EDIT_TIP.format(write(interval.low), write(interval.high))

@@ -180,7 +180,8 @@ class WhatIfQuestion(QObject):
             self.shown = answer
         # The exact one first, whichever engine answers first.
         answers = sorted(self._answers.values(), key=lambda each: each.source == "learned")
-        self._say(f"At {self._at}: {', '.join(map(_said, answers))}")
+        over = ", over black" * self._asker.asked.over_bright
+        self._say(f"At {self._at}{over}: {', '.join(map(_said, answers))}")
 
     def _note_edit(self, edit: NDArray[np.float32]) -> None:
         """Describe an edit by value, opacity and width, as the numbers of a mode do."""

@@ -74,7 +74,7 @@ class SensitivityState(QObject):
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self.choices = Choices()
+        self.choices, self.over_bright = Choices(), False
         self.regions: tuple[NamedRegion, ...] = ()
         self.active: int | None = None
         self.band: Band | None = None
@@ -98,6 +98,12 @@ class SensitivityState(QObject):
         choices = replace(self.choices, **changes)
         if choices != self.choices:
             self.choices = choices
+            self.changed.emit("choices")
+
+    def set_over_bright(self, over_bright: bool) -> None:
+        """Set whether images are over a bright background; changes are those over black."""
+        if over_bright != self.over_bright:
+            self.over_bright = over_bright
             self.changed.emit("choices")
 
     def open_panel(self, is_open: bool = True) -> None:

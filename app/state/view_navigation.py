@@ -87,11 +87,21 @@ class ViewNavigation(QObject):
         return holding(self.pivot, place, farther, self.proportions)
 
     def turned(self, view: View) -> View:
-        """Return a turned view whose pivot stays in place in the image."""
+        """Return a turned view: what is shown stays in the middle, or else the pivot in place."""
+        middled = self._middled(view)
+        if middled is not None and self.view == self._middled(self.view):
+            return middled
         pivot, before = self.pivot, Projection(self.view, self.proportions)
         if before.depths(pivot[None])[0] < NEAREST_DEPTH:
             return view
         return holding(pivot, before.places(pivot[None])[0], view, self.proportions)
+
+    def _middled(self, view: View) -> View | None:
+        """Pan a view to the middle of what is shown; None for models, or too near to that."""
+        depths = Projection(view, self.proportions).depths(self._shown)
+        if self._reach == SQUARE or depths.min() < NEAREST_DEPTH:
+            return None
+        return orientation.panned_to(view, self.proportions, self._shown)
 
     def move_view(self, view: View) -> None:
         """Change the view during a drag."""

@@ -14,7 +14,7 @@ from app.image_view.engine_pane import EnginePane, OpacityInset
 from app.image_view.image_canvas import ImageCanvas
 from app.image_view.orientation_cube import OrientationCube
 from app.latent_browser.cell_grid import CellGrid
-from app.picture import BLACK, WHITE, Background
+from app.picture import BLACK, WHITE, Background, is_bright
 from app.sensitivity_view.field_cover import are_alike, paint_bar
 from app.state.edited_tf import PaneName
 from app.state.settings import BackgroundChoice
@@ -39,7 +39,7 @@ class Overlays(QObject):
         super().__init__(context.window)
         self._panes, self._grid, self._state = context.panes, grid, context.state
         self._canvases = canvases = [pane.canvas for pane in context.panes]
-        self._preferences = context.preferences
+        self._preferences, self._asked = context.preferences, context.sensitivity
         self.subject = Subject()
         self._previewed: OpacityTF | None = None
         self._cubes = [OrientationCube(context.state, canvas) for canvas in canvases]
@@ -102,6 +102,7 @@ class Overlays(QObject):
             pane.background = self.background
             pane.canvas.update()
         self._grid.background = self.background
+        self._asked.set_over_bright(is_bright(self.background))
 
     def _paint(self, pane: EnginePane, painter: QPainter, _square: QRect) -> None:
         state, subject = self._state, self.subject

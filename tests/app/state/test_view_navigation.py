@@ -79,6 +79,11 @@ def test_turns_are_about_what_is_shown_where_no_model_stands_beside_it(state):
         return Projection(state.view, proportions).places(middle[None])[0]
 
     state.start_view(proportions, shown=part, reach=(1.0, 0.5))
+    # From the home view, it stays in the middle of the image.
+    for _ in range(5):
+        state.move_view(turn(state, 70.0, 20.0))
+        places = Projection(state.view, proportions).places(part)
+        assert places.min(axis=0) == pytest.approx(-places.max(axis=0))
     state.move_view(replace(pan(state.view, 0.2, -0.1), distance=0.5))
     before = place()
     for free in (False, True):
