@@ -88,9 +88,9 @@ class Slices(QObject):
     def start_volume(self, opened: OpenedVolume) -> None:
         """Show another volume, with its remembered cross-hair and slices."""
         known = self._context.preferences.volume(opened.fingerprint)
-        usual = self.state.place if self._context.workspace.is_next else MIDDLE
-        self.state.place = known.cross_hair or usual
-        self._show_volume(opened, known.slice_colors, known.gray_window)
+        is_next = self._context.workspace.is_next
+        self.state.place = known.cross_hair or (self.state.place if is_next else MIDDLE)
+        self._show_volume(opened, known.slice_colors, known.gray_window, is_other=not is_next)
         self._set_shown(self._context.preferences.settings.slices)
         self._context.update_images()
 
@@ -101,11 +101,15 @@ class Slices(QObject):
         self._context.workspace.keep(gray_window=self.state.window)
 
     def _show_volume(
-        self, opened: OpenedVolume, colors: SliceColors | None = None, window: Range | None = None
+        self,
+        opened: OpenedVolume,
+        colors: SliceColors | None = None,
+        window: Range | None = None,
+        is_other: bool = False,
     ) -> None:
         """Show a volume, in remembered colours and grey window if there are any."""
         volume, before, changes = opened.volume, self.state.volume, dict[str, Any]()
-        if before is None or before.scalar_range != volume.scalar_range:
+        if is_other or before is None or before.scalar_range != volume.scalar_range:
             changes["window"] = usual_window(opened.counts, opened.edges)
             if volume.file.is_labels:
                 # Grey is useless for labels.

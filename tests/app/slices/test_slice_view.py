@@ -117,8 +117,15 @@ def test_a_drag_moves_the_cross_hair_of_all_slices_and_what_they_show_is_remembe
     drag(front.viewport(), QPoint(60, 60), QPoint(90, 50), button=right)
     assert state(window).window != levels and QApplication.activePopupWidget() is None
     window.slices.column.choices["overlay"].trigger()
-    # Over another range, the window is another one, too.
+    # The next time step keeps it; another volume of the same range has its own.
     chosen = state(window).window
+    voxels = make_volume().voxels
+    builders.volumes["ramp 2"] = Volume(voxels[::-1], name="ramp 2")
+    builders.volumes["other"] = Volume(voxels[:, ::-1], name="other")
+    for name, shown in (("ramp 2", chosen), ("other", levels), ("ramp", chosen)):
+        open_volume(qtbot, window, name)
+        assert state(window).window == pytest.approx(shown)
+    # Over another range, the window is another one, too.
     window.workspace.opening.show_over((110.0, 140.0), "linear")
     qtbot.waitUntil(lambda: state(window).window != chosen)
     wanted = voxel(window), state(window).colors, pytest.approx(state(window).window)
