@@ -132,31 +132,15 @@ class Generator:
         return colors, decode_unit(opacity)[:, 0].cpu().numpy()
 
     @torch.inference_mode()
-    def render_latent(
-        self, latent: NDArray[np.float32], inputs: SceneInputs
-    ) -> NDArray[np.float32]:
-        """Generate an image from a latent code (latent_dim,), or N from (N, latent_dim).
-
-        All but the opacity TF is taken from the inputs. Raises :class:`LatentError` for codes that
-        are not finite, or of the wrong length.
-        """
-        codes = self._codes(latent)
+    def render_latent(self, codes: NDArray[np.float32], inputs: SceneInputs) -> NDArray[np.float32]:
+        """Generate images (N, S, S, 4) of codes (N, d) instead of the inputs' opacity TF."""
+        count, given = codes.shape
+        if given != (wanted := self.card.size.latent_dim):
+            raise LatentError(f"A latent code of this model has {wanted} numbers, not {given}.")
         conditions, _, color_tf = self.encoded([inputs])
-        same = conditions.expand(len(codes), -1), codes, color_tf.expand(len(codes), -1, -1)
-        images = panned(self._render(self.network.latent_features(*same)), inputs.view)
-        return images if np.ndim(latent) == 2 else images[0]
-
-    def _codes(self, latent: NDArray[np.float32]) -> Tensor:
-        """Check latent codes and pass them to the network's device."""
-        codes = np.atleast_2d(latent).astype(np.float32)
-        if not np.isfinite(codes).all():
-            raise LatentError("A latent code holds NaN or infinite numbers; give finite ones.")
-        wanted = self.card.size.latent_dim
-        if codes.ndim != 2 or codes.shape[1] != wanted:
-            raise LatentError(
-                f"A latent code of this model has {wanted} numbers, not {codes.shape[-1]}."
-            )
-        return torch.from_numpy(codes).to(self.device)
+        of_codes = torch.from_numpy(codes).to(self.device)
+        same = conditions.expand(count, -1), of_codes, color_tf.expand(count, -1, -1)
+        return panned(self._render(self.network.latent_features(*same)), inputs.view)
 
     def encoded(self, inputs: Sequence[SceneInputs]) -> EncodedInputs:
         """Encode the inputs of N images for the network, on the generator's device."""

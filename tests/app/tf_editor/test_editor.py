@@ -18,18 +18,6 @@ def strip_pixel(editor, value, height=PIN_PLACE):
     return editor.area.widget.mapFromScene(at)
 
 
-def press(editor, at):
-    QTest.mousePress(editor.area.widget.viewport(), LEFT, pos=at)
-
-
-def move(editor, at):
-    QTest.mouseMove(editor.area.widget.viewport(), at)
-
-
-def release(editor, at):
-    QTest.mouseRelease(editor.area.widget.viewport(), LEFT, pos=at)
-
-
 def position(handle):
     """Where a handle stands, in the data's units."""
     return round(100 + 100 * handle.pos().x(), 9), handle.pos().y()
@@ -38,10 +26,11 @@ def position(handle):
 def test_dragging_a_peak_edits_live_and_makes_one_undo_step(qtbot, editor, state):
     places = (130.0, 0.5), (140.0, 0.6), (150.0, 0.8)
     start, half, end = (pixel(editor, *place) for place in places)
+    viewport = editor.area.widget.viewport()
     with qtbot.assertNotEmitted(state.tf_input.changeFinished):
-        press(editor, start)
-        move(editor, half)
-        move(editor, end)
+        QTest.mousePress(viewport, LEFT, pos=start)
+        QTest.mouseMove(viewport, half)
+        QTest.mouseMove(viewport, end)
     assert state.live
     qtbot.waitUntil(lambda: editor.area.readout[6:9] in ("149", "150"))
     first, value, second, height = editor.area.readout.split()
@@ -50,7 +39,7 @@ def test_dragging_a_peak_edits_live_and_makes_one_undo_step(qtbot, editor, state
     assert float(height) == pytest.approx(0.8, abs=0.02)
     assert editor.card.heading == "Mode 1 of 2" and editor.card.isHidden()
     with qtbot.waitSignal(state.tf_input.changeFinished):
-        release(editor, end)
+        QTest.mouseRelease(viewport, LEFT, pos=end)
     mode = state.transfer_function.opacity.modes[0]
     assert mode.mean == pytest.approx(150.0, abs=0.3)
     assert mode.amplitude == pytest.approx(0.8, abs=0.02)
@@ -65,12 +54,12 @@ def test_dragging_a_flank_changes_only_the_width(qtbot, editor, state):
     click(editor, pixel(editor, 170.0, 0.5))
     left, right = editor.opacity.flanks
     assert (position(left)[0], position(right)[0]) == (162.0, 178.0)
-    start = pixel(editor, 178.0, right.pos().y())
-    end = pixel(editor, 185.0, right.pos().y())
-    press(editor, start)
-    move(editor, end)
+    viewport, height = editor.area.widget.viewport(), right.pos().y()
+    end = pixel(editor, 185.0, height)
+    QTest.mousePress(viewport, LEFT, pos=pixel(editor, 178.0, height))
+    QTest.mouseMove(viewport, end)
     qtbot.waitUntil(lambda: "width" in editor.area.readout)
-    release(editor, end)
+    QTest.mouseRelease(viewport, LEFT, pos=end)
     mode = state.transfer_function.opacity.modes[1]
     assert (mode.mean, mode.amplitude) == (170.0, 0.5)
     assert mode.width == pytest.approx(15.0, abs=0.3)

@@ -131,15 +131,15 @@ def test_two_scales_of_one_map(subject, inputs):
         left, lower, right, upper = one.brush
         assert (right - left, upper - lower) == pytest.approx(tuple(share * extent), rel=1e-3)
         assert left <= one.hovered.place[0] <= right and lower <= one.hovered.place[1] <= upper
-        expected = subject.generator.render_latent(one.hovered.code, one.inputs)[..., :3]
+        expected = subject.generator.render_latent(one.hovered.code[None], one.inputs)[0, ..., :3]
         np.testing.assert_allclose(one.hovered.image, expected, atol=1e-5)
         codes = torch.from_numpy(one.hovered.code)[None]
         expected = decode_unit(subject.generator.network.codec.decode(codes))[0].detach()
         np.testing.assert_allclose(one.hovered.opacities, expected.numpy(), atol=1e-5)
         means = map_.cells(one.brush)
         for row, column in np.argwhere(means.count > 0):
-            picture = subject.generator.render_latent(means.codes[row, column], one.inputs)
-            np.testing.assert_allclose(one.cells[row, column], picture[..., :3], atol=1e-5)
+            picture = subject.generator.render_latent(means.codes[row, [column]], one.inputs)
+            np.testing.assert_allclose(one.cells[row, column], picture[0, ..., :3], atol=1e-5)
         assert np.isnan(one.cells[means.count == 0]).all()
     # From the other side, and nearer.
     assert finer.inputs.view.azimuth - inputs.view.azimuth == 180

@@ -62,9 +62,8 @@ def assert_equal(one, other):
     one.require_complete()
     for split in SPLITS:
         everything = range(other.count(split))
-        batch, expected = one.read(split, everything), other.read(split, everything)
-        for name, values in expected.arrays.items():
-            np.testing.assert_array_equal(batch.arrays[name], values)
+        batches = [store.read(split, everything).arrays for store in (one, other)]
+        np.testing.assert_equal(*batches)
 
 
 def test_a_wrong_address_is_said(new, volume, monkeypatch):
