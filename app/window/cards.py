@@ -158,8 +158,9 @@ class UpAxisCard(Card):
         if opened is None:
             return
         known = opened.volume.up or self._remembered(opened.fingerprint)
-        # A user who has turned it before has seen the question.
-        is_known = bool(known) or not self._state.is_at_home
+        # A user who has turned it before, or saved a session, has seen the question.
+        is_seen = not self._state.is_at_home or self._workspace.opening.shown.memory is not None
+        is_known = bool(known) or is_seen
         if is_known or opened.path.absolute() in {p.absolute() for p in shipped_volumes()}:
             self.hide()
             return

@@ -250,6 +250,8 @@ class Sessions(QObject):
             self._preferences.note_recent("sessions", path)
         self._name_window(path.name)
         self._overlays.refresh()
+        # Its view stays, whatever the size of the pane.
+        reference.fits_view = False
         self._say_what_differs(path, session)
 
     def _say_what_differs(self, path: Path, session: Session) -> None:

@@ -12,6 +12,7 @@ from rested_window import act_until, follow_pane, open_volume, press, rested, sa
 
 from app.engines.requests import IMAGES_B
 from app.window.figure import FigureChoice, pixels_of
+from app.window.main_window import MainWindow
 from model.scene.ranges import fit_to_range
 from model.scene.scene import LightDirection
 
@@ -378,16 +379,31 @@ def test_in_one_image_the_line_divides_a_from_b(qtbot, window):
     qtbot.waitUntil(lambda: [label.is_here for label in labels] == [False, True])
 
 
-def test_sessions_and_the_next_run_bring_b_back(qtbot, start_again, tmp_path):
+def test_sessions_and_the_next_run_bring_b_back(qtbot, start_again, builders, tmp_path):
     volume, path = tmp_path / "ramp", tmp_path / "a.tfscope"
     volume.touch()
     window = start_again(volume)
+    window.resize(1000, 1400)
+    window.show()
+    follow_pane(qtbot, window)
+    home = window.state.view
     window.state.tf_input.compare(True)
+    follow_pane(qtbot, window)
+    assert window.state.view == home != window.state.home
     window.workspace.reference.choose_look(lighting="soft")
     window.state.light_input.set(LIGHT)
     set_tf(qtbot, window, OTHER)
     saved = window.sessions.session()
     window.sessions.save(path)
+    window.close()
+    # It opens as it was left, though that was not made for the narrower panes.
+    window = MainWindow(builders.make())
+    qtbot.addWidget(window)
+    window.resize(1000, 1400)
+    window.show()
+    act_until(qtbot, window.workspace.volumeStarted, window.files.open, path)
+    follow_pane(qtbot, window)
+    assert window.state.view == home and window.up_axis_card.isHidden()
     window.close()
     window = start_again(volume)
     assert window.state.tf_input.of("B") == OTHER and window.panes.compares
