@@ -43,15 +43,10 @@ class Evaluation:
     nearest_neighbor: dict[str, NDArray[np.float64]]
     neighbors: int  # number of searched training images
 
-    @property
-    def count(self) -> int:
-        """Number of hold-out samples."""
-        return len(self.generator["rmse"])
-
     def to_json(self) -> dict[str, Any]:
         """Return a summary of each measure (:func:`model.metrics.summary`) as plain data."""
         return {
-            "count": self.count,
+            "count": len(self.generator["rmse"]),
             **_summaries(self.generator),
             "nearest_neighbor": {"count": self.neighbors, **_summaries(self.nearest_neighbor)},
         }
@@ -99,13 +94,9 @@ def _neighbor_rows(samples: SampleBatch, store: SampleStore) -> Iterator[dict[st
         yield image_errors(nearest[..., :3] / 255, truth[..., :3] / 255)
 
 
-def pictures(
-    generator: Generator, store: SampleStore, indices: NDArray[np.intp]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return true and generated images (N, S, S, 3), in [0, 1], of chosen hold-out samples."""
-    samples = store.read("holdout", range(int(indices.max()) + 1))[indices]
-    images = [image for image, _, _ in _render(generator, samples)]
-    return samples.rgba[..., :3] / 255, np.stack(images).astype(np.float64)
+def pictures(generator: Generator, samples: SampleBatch) -> NDArray[np.float32]:
+    """Generate images (N, S, S, 3), in [0, 1], of samples."""
+    return np.stack([image for image, _, _ in _render(generator, samples)])
 
 
 def nearest_images(queries: Images, store: SampleStore) -> Images:

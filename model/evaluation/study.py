@@ -312,14 +312,14 @@ def study_pictures(study: Study, plan: StudyPlan) -> dict[str, NDArray[np.floati
     """Draw the first non-empty hold-out samples by all models of a finished study."""
     samples = plan.store.read("holdout", range(plan.count))
     shows = clearly_seen(samples.rgba)
-    chosen = np.flatnonzero(shows if shows.any() else ~shows)[:PICTURED]
+    shown = samples[np.flatnonzero(shows if shows.any() else ~shows)[:PICTURED]]
     columns: dict[str, NDArray[np.floating]] = {
-        "ground truth": samples.rgba[chosen, ..., :3] / 255,
-        "nearest neighbour": nearest_images(samples.rgba[chosen], plan.store)[..., :3] / 255,
+        "ground truth": shown.rgba[..., :3] / 255,
+        "nearest neighbour": nearest_images(shown.rgba, plan.store)[..., :3] / 255,
     }
     for variant in study.variants:
         folder = plan.training(variant).folder
         if (folder / MODEL_FILE).is_file():
             generator = Generator.load(folder, plan.base.device.type)
-            columns[variant.label] = pictures(generator, plan.store, chosen)[1]
+            columns[variant.label] = pictures(generator, shown)
     return columns

@@ -173,11 +173,11 @@ class Budget:
 
 
 def flattened(options: dict[str, Any]) -> dict[str, Any]:
-    """Return all options by name; a stage's, such as "joint.batch_size", begin with its own."""
+    """Return all options by name; an inner one, such as "joint.batch_size", begins with its own."""
     found: dict[str, Any] = {}
     for name, value in options.items():
         if isinstance(value, dict):
-            found |= {f"{name}.{inner}": each for inner, each in value.items()}
+            found |= {f"{name}.{inner}": each for inner, each in flattened(value).items()}
         else:
             found[name] = value
     return found

@@ -16,7 +16,7 @@ from model.networks.generator_network import GeneratorNetwork
 from model.networks.names import Precision, PrecisionChoice
 from model.networks.size import NetworkSize
 from model.scene.scene import Scene
-from model.training.options import PRESETS, Budget, TrainingOptions
+from model.training.options import PRESETS, Budget, TrainingOptions, flattened
 from model.training.sources import SampleSource
 from model.training.stage import Losses
 
@@ -82,19 +82,15 @@ class TrainingReport:
     notice: str = ""  # to show once
 
 
-def _differences(asked: dict[str, Any], found: dict[str, Any], path: str = "") -> list[str]:
+def _differences(asked: dict[str, Any], found: dict[str, Any]) -> list[str]:
     """List differences between two recipes, such as "options.seed 1, not 0"."""
-    changed = []
-    for name in asked | found:
-        value, other = asked.get(name), found.get(name)
-        if path + name == "scene.volume_name":
-            # A display name only: a renamed file is the same volume.
-            continue
-        if isinstance(value, dict) and isinstance(other, dict):
-            changed += _differences(value, other, f"{path}{name}.")
-        elif other != value:
-            changed.append(f"{path}{name} {other}, not {value}")
-    return changed
+    asked, found = flattened(asked), flattened(found)
+    # A volume's name is for display only: a renamed file is the same volume.
+    return [
+        f"{name} {found.get(name)}, not {asked.get(name)}"
+        for name in asked | found
+        if asked.get(name) != found.get(name) and name != "scene.volume_name"
+    ]
 
 
 @dataclass(frozen=True)

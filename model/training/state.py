@@ -88,24 +88,19 @@ def load_stage(folder: Path, stage: Stage) -> None:
     """Restore a stage from the saved state of a run."""
     header = _header(folder)
     path = folder / header["tensors"]
-    prefix = stage.name + "."
     try:
         with safetensors.safe_open(path, "pt") as file:
-            tensors = {
-                key.removeprefix(prefix): file.get_tensor(key)
-                for key in file.keys()  # noqa: SIM118  (not a dict)
-                if key.startswith(prefix)
-            }
-        for part, owner in _parts(stage).items():
-            own = {
-                k.removeprefix(f"{part}."): v
-                for k, v in tensors.items()
-                if k.startswith(part + ".")
-            }
-            if isinstance(owner, torch.optim.Optimizer):
-                _load_optimizer(owner, own)
-            else:
-                owner.load_state_dict(own)
+            for part, owner in _parts(stage).items():
+                prefix = f"{stage.name}.{part}."
+                own = {
+                    key.removeprefix(prefix): file.get_tensor(key)
+                    for key in file.keys()  # noqa: SIM118  (not a dict)
+                    if key.startswith(prefix)
+                }
+                if isinstance(owner, torch.optim.Optimizer):
+                    _load_optimizer(owner, own)
+                else:
+                    owner.load_state_dict(own)
     except (OSError, KeyError, RuntimeError, ValueError, safetensors.SafetensorError) as error:
         raise TrainingError(
             f"{path}: the run cannot be resumed, its state is damaged ({error}); "

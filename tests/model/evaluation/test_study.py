@@ -173,7 +173,7 @@ def test_nearest_images_have_the_smallest_rmse(store):
 def test_errors_are_those_of_the_rendered_images(lively_generator, store):
     seen = []
     result = evaluate(lively_generator, store, 5, seen.append)
-    assert (result.count, result.neighbors, seen) == (5, 160, [1, 2, 3, 4, 5])
+    assert (len(result.generator["rmse"]), result.neighbors, seen) == (5, 160, [1, 2, 3, 4, 5])
     sample = draw_sample(store.scene, store.seed, "holdout", 3)
     image = lively_generator.render(sample)[..., :3]
     truth = store.read("holdout", range(3, 4)).rgba[0, ..., :3] / 255
