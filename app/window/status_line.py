@@ -36,12 +36,15 @@ class StatusLine(QStatusBar):
         self.setFixedHeight(HEIGHT)
         self.setContentsMargins(8, 0, 8, 0)
         self._news = ElidedLabel()
-        self._hints = QLabel(textFormat=Qt.TextFormat.RichText)
+        # Only the first of its lines is seen: the hints that fit, each of them whole.
+        self._hints = QLabel(textFormat=Qt.TextFormat.RichText, wordWrap=True)
+        self._hints.setAlignment(Qt.AlignmentFlag.AlignTop)
         self._left = QStackedWidget()
         for each in (self._hints, self._news):
             each.setSizePolicy(self._news.sizePolicy())
             self._left.addWidget(each)
         self._left.setSizePolicy(self._news.sizePolicy())
+        self._left.setFixedHeight(self._hints.fontMetrics().height())
         self.view = label("", "dim")
         self.view.setToolTip(
             "View: direction, distance (1 shows the whole volume), and pan to the right and up (1 "
@@ -119,12 +122,15 @@ class StatusLine(QStatusBar):
     def _show_keys(self) -> None:
         chip = f"background-color: {theme.FIELD}; color: {theme.TEXT}"
         found = re.findall(r"\[([^]]*)\] ([^[]*)", self.keys)
-        parts = [
-            f"<span style='{chip}'>&nbsp;{html.escape(keys)}&nbsp;</span>"
-            f"<span style='color: {theme.DIM}'>&nbsp; {html.escape(effect.strip())}</span>"
-            for keys, effect in found
-        ]
-        self._hints.setText("&nbsp; &nbsp; ".join(parts))
+        parts = []
+        for each in found:
+            # Lines are broken at the spaces between hints only.
+            keys, effect = (html.escape(text.strip()).replace(" ", "&nbsp;") for text in each)
+            parts.append(
+                f"<span style='{chip}'>&nbsp;{keys}&nbsp;</span>"
+                f"<span style='color: {theme.DIM}'>&nbsp;&nbsp;{effect}&nbsp;&nbsp;&nbsp;</span>"
+            )
+        self._hints.setText(" ".join(parts))
 
     def _forget(self) -> None:
         if not self.news.endswith(PENDING):

@@ -1,5 +1,6 @@
 from itertools import pairwise
 
+import numpy as np
 import pytest
 from mouse_events import action, box_of
 from PySide6.QtCore import Qt
@@ -16,6 +17,7 @@ from PySide6.QtWidgets import (
 )
 
 from app.theme import apply_theme
+from app.window.figure import pixels_of
 from app.window.help_pages import status_keys
 from app.window.settings_dialog import apply_single_keys
 from model.scene.region import Outline
@@ -152,6 +154,13 @@ def test_what_lies_over_the_images_follows_them(make_window):
     assert window.panes.images == [window.reference, window.pane_b] and bar.compare.isChecked()
 
 
+def _inked(label, width):
+    """Whether something is drawn in each column of a label of some width."""
+    label.resize(width, label.height())
+    pixels = pixels_of(label.grab().toImage())
+    return (pixels != pixels[-1, -1]).any(axis=(0, 2))
+
+
 def test_keys_reach_every_area_and_the_status_line_says_those_under_the_mouse(
     qtbot, make_window, monkeypatch
 ):
@@ -169,6 +178,12 @@ def test_keys_reach_every_area_and_the_status_line_says_those_under_the_mouse(
     # Pictures without a map have neither zoom nor rectangle.
     QApplication.sendEvent(window, QStatusTipEvent(window.browser.grid.statusTip()))
     assert "[Click] take this TF" in window.status.keys and "[Wheel]" not in window.status.keys
+    window.status.area = "Slices (S)"
+    whole = _inked(window.status._hints, 2000)
+    for width in range(200, 900, 70):
+        end = np.flatnonzero(_inked(window.status._hints, width))[-1]
+        # Before a space between hints, which is wider than one between words.
+        assert width / 2 < end < width and not whole[end + 1 : end + 13].any()
     window.activateWindow()
     window.reference.canvas.setFocus()
     qtbot.waitUntil(window.reference.canvas.hasFocus)
