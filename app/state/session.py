@@ -119,9 +119,11 @@ def _read(path: Path) -> Any:
 
 
 def kept_mask(session: Path, memory: VolumeMemory) -> Path | None:
-    """Return the mask's file next to that of a session with a memory; None without a mask."""
+    """Return the mask's file next to that of a session with a memory; None if there is none."""
+    if not memory.mask or session.suffix.lower() == FIGURE_SUFFIX:
+        return None
     # Always in the session's own folder.
-    return session.absolute().with_name(Path(memory.mask).name) if memory.mask else None
+    return session.absolute().with_name(Path(memory.mask).name)
 
 
 @dataclass(frozen=True)

@@ -35,6 +35,7 @@ from model.volume_files.raw import RawLayout
 
 SESSION_FILTER = f"Sessions (*{SUFFIX});;All files (*)"
 
+LEFT_OUT = "mask"  # in a figure, the name of a mask; figures have no file for it
 NOT_HELD: dict[str, Any] = {"path": "", "models": (), "light_seconds": {}}  # of a memory
 
 KEY, MISSED = "sessions", "volume of the session"
@@ -123,7 +124,8 @@ class Sessions(QObject):
             compares=tf_input.compares,
             look_b=look_b,
             view=state.view,
-            **{name: each.value for name, each in state.edited.items()} | {"mask": ""},
+            **{name: each.value for name, each in state.edited.items()}
+            | {"mask": "" if state.mask_input.value is None else LEFT_OUT},
             lighting=work.wanted.lighting,
         )
         band = context.sensitivity.band
@@ -261,6 +263,8 @@ class Sessions(QObject):
         if opened is not None and opened.fingerprint != session.fingerprint:
             name = session.volume.name
             said.append(f"The voxels of {name} differ from those of the saved session.")
+        if session.content.memory.mask and path.suffix.lower() == FIGURE_SUFFIX:
+            said.append("Its mask is not in the figure, so all voxels are shown.")
         if session.wrong:
             names = ", ".join(f"'{name}'" for name in session.wrong)
             said.append(f"{names} could not be read from the session.")

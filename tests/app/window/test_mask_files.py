@@ -10,9 +10,10 @@ from mouse_events import LEFT, action
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QFileDialog, QPushButton
-from rested_window import act_until, open_volume, settle
+from rested_window import act_until, open_volume, saved_figure, settle
 
 from app.window.context import VOLUME_FILTER
+from app.window.figure import FigureChoice
 from app.window.volume_dialogs import LabelsDialog
 from model.errors import TfscopeError
 from model.rendering.scale_bar import volume_text
@@ -235,6 +236,15 @@ def test_the_next_run_and_sessions_have_a_mask(
     assert shown(window) is None
     act_until(qtbot, window.workspace.volumeStarted, window.files.open, session)
     (tmp_path / "a.tfscope.mask.nrrd").unlink()
+    # Figures have none, and say so if they showed one.
+    for name in ("masked.png", "whole.png"):
+        figure = tmp_path / name
+        saved_figure(qtbot, window, FigureChoice(90, 40), figure)
+        window.notice.clear()
+        act_until(qtbot, window.workspace.volumeStarted, window.files.open, figure)
+        assert shown(window) is None
+        told = "mask is not in the figure, so all voxels are shown" in window.notice.text
+        assert told == (name == "masked.png")
     act_until(qtbot, window.workspace.volumeStarted, window.files.open, session)
     assert shown(window) is None
     assert "All voxels are shown" in window.notice.text and "no such file" in window.notice.text
