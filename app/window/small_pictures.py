@@ -12,7 +12,7 @@ from app.engines.background import Pause
 from app.engines.client import Channel
 from app.engines.messages import Result
 from app.engines.requests import BatchRequest, Quality
-from app.picture import compose
+from app.picture import Background, compose
 from app.window.context import Context
 from model.scene.inputs import SceneInputs
 
@@ -31,7 +31,8 @@ class SmallPictures(QObject):
         clients = context.analyst, context.panes[1].client
         self._analyst, self._reference = (Channel(client, name, self) for client in clients)
         self._wanted: BatchRequest | None = None
-        self._images: list[QImage] = []  # those last drawn
+        self._images: list[QImage] = []  # those last drawn, over a background
+        self._ground: Background | None = None
         self._traced = self._is_tracing = False
         self._patience = Pause(self, PATIENCE_MS, self._ask_reference)
         for channel in (self._analyst, self._reference):
@@ -45,7 +46,8 @@ class SmallPictures(QObject):
         self._traced = self._context.workspace.reference.settings.lighting == "path"
         self._is_tracing = False
         before, self._wanted = self._wanted, BatchRequest(first, self._quality, tuple(more))
-        if self._images and before == self._wanted:
+        is_alike = self._ground == self._context.panes[1].background
+        if self._images and before == self._wanted and is_alike:
             self._show(self._images)
         self._reference.cancel()
         self._analyst.ask(self._wanted)
@@ -70,8 +72,10 @@ class SmallPictures(QObject):
         state = self._context.state
         # The analyst draws in the light of the edited image.
         lit = state.lit("exact") if channel is self._analyst else "exact"
-        brightness, ground = state.brightness.of(lit), self._context.panes[1].background
-        self._images[:] = (compose(np.asarray(image), ground, brightness) for image in result.value)
+        brightness, self._ground = state.brightness.of(lit), self._context.panes[1].background
+        self._images[:] = (
+            compose(np.asarray(image), self._ground, brightness) for image in result.value
+        )
         self._show(self._images)
         if self._traced and channel is self._analyst:
             self._traced, self._is_tracing = False, True

@@ -44,6 +44,8 @@ def test_each_preset_shows_the_volume_and_can_be_taken(qtbot, window, builders):
     assert level(3) == pytest.approx(76, abs=1)
     window.overlays.choose_background("white")
     menu.aboutToShow.emit()
+    # Those over black are not shown again.
+    assert level(3) == 0
     qtbot.waitUntil(lambda: level(3) == 255)
     # An entry that the mouse crosses on its way to the pictures is marked only until then.
     menu.setActiveAction(menu.addAction("Crossed"))
