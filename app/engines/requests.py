@@ -162,7 +162,7 @@ class PictureRequest(Request):
 
 @dataclass(frozen=True)
 class BatchRequest(Request):
-    """Request for several images, float32 (N, S, S, 4), which may be of N latent codes."""
+    """Request for several images, float32 (N, H, W, 4), which may be of N latent codes."""
 
     asks = "images"
     more: tuple[SceneInputs, ...] = ()  # those of all images but the first, which has `inputs`

@@ -22,10 +22,11 @@ from app.state.latent_session import LatentSession, LatentState, OpenSpace, Plac
 from app.state.slow_answers import SlowAnswers
 from app.state.viewer_state import ViewerState
 from model.latent.latent_map import CELLS, Cells
+from model.rendering.raster import Raster
 from model.scene.inputs import SceneInputs
 from model.scene.transfer_function import OpacityTF
 
-CELL_SIZE, HOVER_SIZE = 128, 256  # width and height of pictures at rest, in pixels
+CELL_SIZE, HOVER_SIZE = 128, 256  # shorter sides of pictures at rest, in pixels
 REST_MS = 160  # pause of the mouse after which its place is drawn at full size
 
 HOVER_SECONDS, GRID_SECONDS = 0.05, 0.25
@@ -80,9 +81,11 @@ class LatentPictures(QObject):
         self.grid: GridPicture | None = None
         self._state = state
         self._model_size: int | None = None
-        # Whether path-traced pictures follow those at rest; time of live pictures, in usual times.
+        # Whether path-traced pictures follow those at rest; time of live pictures, in usual times;
+        # the image whose proportions the picture of the place under the mouse has.
         self.is_path_traced: Callable[[], bool] = lambda: False
         self.patience: Callable[[], float] = lambda: 1.0
+        self.raster: Callable[[], Raster] = lambda: Raster(HOVER_SIZE, HOVER_SIZE)
         self._pace = Pace()
         self._grids = Channels(clients, "grid", self._take_grid, self)
         self._hovers = Channels(clients, "hover", self._take_hover, self)
@@ -191,7 +194,8 @@ class LatentPictures(QObject):
         if len(drawn):
             wanted = [tf for tf in tfs if tf is not None]
             pictures = [replace(inputs, opacity_tf=tf) for tf in wanted]
-            number = self._ask(self._grids, pictures, codes[drawn], CELL_SIZE, GRID_SECONDS, live)
+            size = Raster.of(CELL_SIZE)
+            number = self._ask(self._grids, pictures, codes[drawn], size, GRID_SECONDS, live)
             self._asked_grids[number] = asked
         else:
             self._asked_grids.clear()
@@ -202,7 +206,7 @@ class LatentPictures(QObject):
         channels: Channels[EngineName],
         pictures: list[SceneInputs],
         codes: NDArray[np.float32],
-        size: int,
+        raster: Raster,
         seconds: float,
         live: bool,
     ) -> int:
@@ -210,11 +214,12 @@ class LatentPictures(QObject):
         source: EngineName = "learned" if self.from_codes else "exact"
         if live:
             seconds *= self.patience() / len(pictures)
-            size = round(size * self._pace.scale(source, size, seconds, 0.5))
+            raster = raster.scaled(self._pace.scale(source, raster.side, seconds, 0.5))
         if self.from_codes and self._model_size is not None:
-            size = self._model_size
+            raster = Raster.of(self._model_size)
         drawn = tuple(map(tuple, codes.tolist())) if self.from_codes else ()
-        request = BatchRequest(pictures[0], Quality(size, live=live), tuple(pictures[1:]), drawn)
+        quality = Quality(raster.shorter, live=live, raster=raster)
+        request = BatchRequest(pictures[0], quality, tuple(pictures[1:]), drawn)
         return channels[source].ask(request).sequence
 
     def _hover_changed(self, place: Place | None) -> None:
@@ -232,7 +237,9 @@ class LatentPictures(QObject):
         tf = space.tf_of(code)
         self.hoverMoved.emit(tf)
         inputs = replace(self._state.inputs, opacity_tf=tf)
-        number = self._ask(self._hovers, [inputs], code[None], HOVER_SIZE, HOVER_SECONDS, live)
+        whole = self.raster()
+        raster = whole.scaled(HOVER_SIZE / whole.shorter)
+        number = self._ask(self._hovers, [inputs], code[None], raster, HOVER_SECONDS, live)
         self._asked_hovers[number] = samples
 
     def _take_grid(self, source: EngineName, result: Result) -> None:
@@ -291,7 +298,7 @@ class LatentPictures(QObject):
         assert isinstance(request, BatchRequest)
         if not request.traced:
             seconds = result.seconds / len(result.value)
-            self._pace.note(source, request.quality.pixels.width, seconds)
+            self._pace.note(source, request.quality.pixels.side, seconds)
         waits = channels[source].is_pending
         due = self.is_path_traced() and source == "exact" and not (request.quality.live or waits)
         if asked is not None and due and not request.traced:

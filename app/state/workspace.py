@@ -90,6 +90,7 @@ class Workspace(QObject):
         )
         # Pictures of the map are as fast as the images.
         self.latent.patience = lambda: STOPS[self.reference.choices.stop].patience
+        self.latent.raster = lambda: self.reference.raster
         self.latent.is_path_traced = lambda: self.reference.settings.lighting == "path"
         self.opened: OpenedVolume | None = None
         self.pieces = PieceFinder(self.sensitivity, lambda: self.model.volume, self.news.emit, self)

@@ -142,7 +142,9 @@ class MainWindow(WindowParts):
         ``super().event()`` ends the process (PySide 6.8 to 6.11).
         """
         if watched is self and isinstance(event, QStatusTipEvent):
-            self.status.area = event.tip() or "Images"
+            # An area inside the editor is left for the editor, which Qt does not mention.
+            left_for = self.editor.statusTip() if self.editor.underMouse() else "Images"
+            self.status.area = event.tip() or left_for
             return True
         return False
 

@@ -196,6 +196,8 @@ def test_in_path_traced_light_traced_pictures_follow_at_rest(qtbot, window, buil
 
 def test_hovering_shows_picture_and_tf(qtbot, window, builders):
     preview, caption = window.browser.preview, window.reference.caption
+    window.workspace.reference.choose(reference_size=None)  # the pane's, which is not square
+    qtbot.waitUntil(lambda: len({*window.reference.canvas.picture_rect.size().toTuple()}) == 2)
     before = caption.title, caption.detail
     window.overlays.choose_background("white")
     # A cell's curve is shown without its picture: the legend stays the image's.
@@ -216,7 +218,11 @@ def test_hovering_shows_picture_and_tf(qtbot, window, builders):
     assert window.overlays.legend_tf.opacity == expected
     assert window.reference.canvas.cover.hasAlphaChannel() and not label.isVisible()
     # At rest it is drawn once more, at full size.
-    qtbot.waitUntil(lambda: window.reference.canvas.cover.width() == 256)
+    canvas = window.reference.canvas
+    qtbot.waitUntil(lambda: min(canvas.cover.size().toTuple()) == 256)
+    # It shows all that the image does.
+    whole = canvas.rect_of(canvas.cover).size().toTuple()
+    assert whole == pytest.approx(canvas.picture_rect.size().toTuple(), abs=2)
     assert (caption.title, caption.detail) == ("Under the mouse", "click to take")
     assert f"mean of {samples} TFs" in caption.toolTip()
     # Undo shows its own picture, not that of the place under the mouse.

@@ -3,8 +3,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from mouse_events import action, box_of
-from PySide6.QtCore import Qt
-from PySide6.QtGui import QKeySequence, QStatusTipEvent
+from PySide6.QtCore import QEvent, QPointF, Qt
+from PySide6.QtGui import QEnterEvent, QKeySequence, QStatusTipEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import (
     QAbstractButton,
@@ -173,8 +173,14 @@ def test_keys_reach_every_area_and_the_status_line_says_those_under_the_mouse(
     assert window.status.keys == status_keys("Regions")
     window.sensitivity_state.activate(None)
     assert window.status.keys == images
-    QApplication.sendEvent(window, QStatusTipEvent(window.editor.statusTip()))
+    # From the panel of values, which is inside the editor, the mouse goes on to the plot.
+    for each in (window.editor, window.sensitivity.findings):
+        QApplication.sendEvent(each, QEnterEvent(*3 * [QPointF()]))
+    assert window.status.area == "Values and edits"
+    QApplication.sendEvent(window.sensitivity.findings, QEvent(QEvent.Type.Leave))
     assert window.status.keys == status_keys("Transfer function")
+    QApplication.sendEvent(window.editor, QEvent(QEvent.Type.Leave))
+    assert window.status.keys == images
     # Pictures without a map have neither zoom nor rectangle.
     QApplication.sendEvent(window, QStatusTipEvent(window.browser.grid.statusTip()))
     assert "[Click] take this TF" in window.status.keys and "[Wheel]" not in window.status.keys
