@@ -13,7 +13,7 @@ from app.cli.options import option
 from app.cli.values import range_text, tf_text, view_text
 from model.errors import LatentError, RenderError, os_errors_as
 from model.files import writing
-from model.latent.codes import Codes
+from model.latent.codes import SAMPLES, Codes
 from model.latent.latent_map import LatentMap
 from model.latent.latent_space import LatentSpace, draw_cells, draw_codes
 from model.networks.card import load_card
@@ -86,7 +86,7 @@ class Latent:
         else:
             volume = volume_of(load_card(self.model).scene, self.source)
             space = LatentSpace.of_model(self.model)
-        map_ = _final(space, space.open_map())
+        map_ = final_map(space)
         colors = first_transfer_function(volume)
         if self.tf is not None:
             colors = load_fitted(self.tf, volume.scalar_range, volume.scale)
@@ -129,20 +129,16 @@ class Latent:
             )
 
 
-def _final(space: LatentSpace, map_: LatentMap) -> LatentMap:
+def final_map(space: LatentSpace, samples: int = SAMPLES) -> LatentMap:
     """Return the map with its final places; compute and store them if they are missing."""
+    map_ = space.open_map(samples)
     if map_.is_final:
         return map_
-    from rich.progress import Progress
+    from app.cli.console import counting
+    from model.latent.embedding import ITERATIONS, EmbeddingProcess
 
-    from app.cli.console import console
-    from model.latent.embedding import EmbeddingProcess
-
-    with Progress(console=console) as progress:
-        task = progress.add_task("Computing the map", total=1.0)
-        places = EmbeddingProcess(map_.codes).run(
-            lambda done: progress.update(task, completed=done)
-        )
+    with counting("computing the map", ITERATIONS) as show:
+        places = EmbeddingProcess(map_.codes).run(lambda done: show(round(done * ITERATIONS)))
     assert places is not None
     try:
         space.keep_map(map_.codes, places)

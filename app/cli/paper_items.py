@@ -10,6 +10,7 @@ from typing import get_args
 
 from app.cli.console import about, console, counting, print_table, render_missing
 from app.cli.drawing import load_fitted
+from app.cli.latent import final_map
 from app.cli.outputs import make_room_for, write_json, write_text
 from app.cli.paper import QUICK_COUNT, Item, Paper
 from app.cli.training_display import TrainingDisplay
@@ -31,7 +32,7 @@ from model.networks.blocks import choose_device
 from model.networks.card import load_card
 from model.paper import tables
 from model.paper.edits import PAPER_R, ValueStep, region_edits, value_edits
-from model.paper.exploration import Exploration, detail, final_map, overview, walk
+from model.paper.exploration import Exploration, detail, overview, walk
 from model.paper.pictures import Compared, approach, compared_samples
 from model.paper.subject import Subject, open_subject
 from model.samples.sample_rendering import render_store
@@ -174,8 +175,7 @@ class _Maker(ExitStack):
     @cached_property
     def _map(self) -> LatentMap:
         samples = QUICK_MAP_SAMPLES if self._asked.quick else MAP_SAMPLES
-        print(f"The map of {samples:,} codes, if it is new, takes a minute or two.")
-        return final_map(self._subject, samples)
+        return final_map(self._subject.space, samples)
 
     @cached_property
     def _explored(self) -> Exploration:

@@ -7,7 +7,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.latent.codes import Codes, Opacities
-from model.latent.embedding import EmbeddingProcess
 from model.latent.latent_map import Brush, LatentMap
 from model.latent.latent_space import draw_cells, draw_codes
 from model.paper.subject import Image, Subject
@@ -40,17 +39,6 @@ class Exploration:
     brush: Brush
     cells: Image
     hovered: Place
-
-
-def final_map(subject: Subject, samples: int) -> LatentMap:
-    """Return the stored map of the model's latent space, or compute and store it."""
-    map_ = subject.space.open_map(samples)
-    if map_.is_final:
-        return map_
-    places = EmbeddingProcess(map_.codes).run()
-    assert places is not None
-    subject.space.keep_map(map_.codes, places)
-    return map_.moved(places)
 
 
 def overview(subject: Subject, map_: LatentMap, inputs: SceneInputs) -> Exploration:

@@ -203,12 +203,12 @@ def test_what_is_rendered_already_needs_no_more_room(samples, raw_file, monkeypa
     assert "1.0 kB are free" in one_line(capsys)
 
 
-def test_the_window_opens_the_volume_of_a_model(monkeypatch):
-    opened = []
-    monkeypatch.setattr("app.launch.run_window", lambda start, *_: opened.append(start.volume) or 0)
+def test_the_window_opens_the_volume_of_a_model(opened):
     for folder in shipped_models():
         run(["--model", str(folder)])
-        assert read_volume(opened[-1]).fingerprint == load_card(folder).scene.volume_fingerprint
+        assert (
+            read_volume(opened[-1].volume).fingerprint == load_card(folder).scene.volume_fingerprint
+        )
 
 
 BAD_INPUT = [
