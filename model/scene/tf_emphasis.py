@@ -25,7 +25,7 @@ STEP = 2.0  # factor of the opacity by `raise_value`, and divisor by `lower_valu
 DARK = 10  # largest CIELAB lightness (0 to 100) of the background
 LEAST_RAISE = 0.05  # opacity of the mode that `raise_value` adds
 TINY = 1e-12
-TAIL = 1.5  # widths from its mean within which a mode is isolated unchanged: to a tenth of it
+MODES_POINTS = 9  # points that replace modes in an isolated range
 
 
 def add_mode(opacity: OpacityTF, value: float, width: float, height: float) -> OpacityTF:
@@ -111,28 +111,17 @@ def raised(opacity: OpacityTF, factor: float) -> OpacityTF:
 
 
 def isolate_value(opacity: OpacityTF, value: float, width: float, reach: Range) -> OpacityTF:
-    """Keep only the opacity of values in a range, with flanks of a width in the data's units.
+    """Keep only the opacity of values in a range, as a curve.
 
-    Modes among the values are kept; others become narrower modes there. A curve keeps half of its
-    height at the range's ends. If nothing is left, one mode is added at the value.
+    Its flanks have a width in the data's units, and half of the height at the range's ends. If the
+    range has no opacity, one mode is added at the value.
     """
-    if opacity.points and opacity(np.linspace(*reach, TF_SAMPLES)).max() > 0:
-        return replace(opacity, points=_between(opacity, reach, width))
-    low, high = reach
-    # Half of its height in the middle of the flank.
-    middle, half = (low + high) / 2, (high - low + width) / (2 * math.sqrt(math.log(2)))
-    kept = [
-        mode
-        if low - width <= mode.mean - TAIL * mode.width
-        and mode.mean + TAIL * mode.width <= high + width
-        else _windowed(mode, middle, half)
-        for mode in opacity.modes
-    ]
-    kept = [mode for mode in kept if mode.amplitude > TINY]
-    # A mode outside the values would stay outside, too.
-    inside = [mode for mode in kept if low - width <= mode.mean <= high + width]
-    modes = inside or sorted(kept, key=lambda mode: mode.amplitude)[-1:]
-    return replace(opacity, modes=tuple(modes) or (_mode(value, width, LEAST_RAISE),), points=())
+    if opacity(np.linspace(*reach, TF_SAMPLES)).max() <= TINY:
+        return replace(opacity, modes=(_mode(value, width, LEAST_RAISE),), points=())
+    # Half as wide as both flanks at least.
+    middle, half = sum(reach) / 2, max(reach[1] - reach[0], width) / 2
+    reach = middle - half, middle + half
+    return replace(opacity, modes=(), points=_between(opacity, reach, width))
 
 
 def _mode(value: float, width: float, height: float) -> GaussianMode:
@@ -158,23 +147,14 @@ def _scaled(opacity: OpacityTF, reach: Range, width: float, factor: float) -> Op
     return replace(opacity, modes=tuple(modes))
 
 
-def _windowed(mode: GaussianMode, middle: float, width: float) -> GaussianMode:
-    """Multiply a mode by a Gaussian window of height 1: the product is a narrower mode."""
-    one, other = mode.width**-2, width**-2
-    return GaussianMode(
-        (mode.mean * one + middle * other) / (one + other),
-        (one + other) ** -0.5,
-        mode.amplitude * math.exp(-((mode.mean - middle) ** 2) / (mode.width**2 + width**2)),
-    )
-
-
 def _between(opacity: OpacityTF, reach: Range, width: float) -> tuple[tuple[float, float], ...]:
     """Points of a curve between two values, with flanks whose middles are these values."""
     (lo, hi), (low, high) = opacity.scalar_range, reach
     half = min(width, high - low) / 2
     # Beyond an end of the scalar range there is nothing to cut.
-    first, last = (low + half if low > lo else lo), (high - half if high < hi else hi)
-    kept = [first, *(p[0] for p in opacity.points if first < p[0] < last), last]
+    first, last = low + half if low - half > lo else lo, high - half if high + half < hi else hi
+    own = [p[0] for p in opacity.points] or np.linspace(first, last, MODES_POINTS).tolist()
+    kept = [first, *(place for place in own if first < place < last), last]
     curve = dict(zip(kept, opacity(np.array(kept)).tolist(), strict=True))
     for end in (low - half, high + half):
         if lo < end < hi and end not in curve:

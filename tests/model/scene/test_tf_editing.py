@@ -212,25 +212,17 @@ def test_of_a_curve_the_values_in_reach_are_isolated():
     st.floats(100, 190),
     st.floats(0, 60),
 )
-def test_modes_stay_modes_of_which_the_values_in_reach_are_left(modes, low, size):
+def test_of_modes_the_values_in_reach_are_left_alone(modes, low, size):
     wide = GaussianMode(low + size / 2, 2 * size + 20, 0.3)
     opacity = OpacityTF((100.0, 200.0), (wide, *(GaussianMode(*mode) for mode in modes)))
     high = min(low + size, 200.0)
     alone = isolate_value(opacity, low, 3.0, (low, high))
-    assert not alone.points and 0 < len(alone.modes) <= len(opacity.modes)
     values = np.linspace(100.0, 200.0, 401)
-    inside = (values >= low) & (values <= high)
-    assert (alone(values) <= opacity(values) + 1e-9).all()
+    inside, beyond = (values >= low) & (values <= high), (values < low - 3) | (values > high + 3)
     assert (
         alone(values)[inside] >= 0.45 * OpacityTF((100.0, 200.0), (wide,))(values[inside])
     ).all()
-    # None stands where the user has not clicked.
-    assert all(low - 3.0 <= mode.mean <= high + 3.0 for mode in alone.modes)
-    # Twice as far from the middle as the flanks, what was one mode is hardly seen.
-    beyond = np.abs(values - (low + high) / 2) > (high - low + 3.0) + 3.0
-    inner = [m for m in alone.modes if m in opacity.modes]
-    rest = replace(alone, modes=tuple(m for m in alone.modes if m not in inner))
-    assert (rest(values)[beyond] <= 0.1 * opacity(values)[beyond] + 1e-9).all()
+    assert not alone(values)[beyond].any()
 
 
 def test_the_colour_is_far_from_what_is_shown():
