@@ -176,7 +176,7 @@ class Preview(QObject):
 
 OPENING = "Opening the map …"
 CHOOSING = "Choosing TFs that show different things:{:\u2007>4.0f} %"  # as wide for any number
-NO_TFS = "No TF passes the filters."
+NO_TFS = "No TF passes the filters. The map's TFs cover the values {}."
 NO_VOLUME = "Open a volume to see what TFs show of it."
 GAP = 8  # around map and grid, and between them, in pixels
 LEAST_SQUARE = 116  # side of map and grid in pixels: opening them does not enlarge the window
@@ -317,7 +317,8 @@ class LatentBrowser(QWidget):
         exact, choosing = self._pictures.exact, CHOOSING.format(100 * self._looked)
         if self._session.map is not None:
             why = exact.text if exact.state is EngineState.WAITING else choosing
-            self.grid.message = why if self._session.chosen is not None else NO_TFS
+            none = NO_TFS.format(self._state.range_text(self._session.window))
+            self.grid.message = why if self._session.chosen is not None else none
 
     def _session_problem(self, text: str) -> None:
         if self._session.map is None:

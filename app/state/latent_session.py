@@ -140,7 +140,7 @@ class LatentSession(QObject):
         self._open_space = open_space
         self.taken: tuple[OpacityTF, Place] | None = None  # the last one, and its place
         self._volume: Volume | None = None
-        self._window: Range = (0.0, 1.0)
+        self.window: Range = (0.0, 1.0)  # values that the map's TFs cover
         self.model: Path | None = None  # folder of a model that fits, whose codec can be chosen
         self._is_open = False
         say = self.problem.emit
@@ -173,7 +173,7 @@ class LatentSession(QObject):
             # Filters of the previous volume mean nothing here.
             self._latent.start_choices()
             self._latent.choose(band=None, on_map=False)
-        self._volume, self._window = volume, window
+        self._volume, self.window = volume, window
         self.reset()
 
     def reset(self) -> None:
@@ -289,7 +289,7 @@ class LatentSession(QObject):
         self._is_open = True
         self.problem.emit("")
         folder = self.model if self._latent.choices.codec == "model" else None
-        place = self._volume.scalar_range, self._window, self._volume.scale, folder
+        place = self._volume.scalar_range, self.window, self._volume.scale, folder
         self._opening.ask(partial(_open, partial(self._open_space, *place)))
 
     def _take_space(self, opened: Any) -> None:

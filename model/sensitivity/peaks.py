@@ -73,6 +73,7 @@ def strongest_intervals(
 SMOOTHING = 3.0  # standard deviation of the smoothing in bins, so that noise gives no peaks
 NAMED_SHARE = 0.05  # share of the place's visibility from which a value is named
 CORE = 0.2  # share of a peak's height down to which the values around it belong to it
+FOOT = 0.02  # share of its height down to which a peak's range reaches
 LEAST_FLANK = 0.08  # share of the visibility beyond, on one side, from which it is a separate value
 TAIL = 0.02  # share of some values' visibility that is omitted at either end of their range
 SAME = 10  # most bins that an edit moves a value
@@ -113,7 +114,9 @@ def contributions(
         kept = [float(visibility[a:b].sum()) / total >= LEAST_FLANK for a, b in flanks]
         own = slice(low if kept[0] else first, high if kept[1] else last)
         share = float(visibility[own].sum()) / total
-        reach = _reach(visibility, values, own)
+        # Without the haze of another material far away.
+        foot = _core(smooth[1:-1], peak - 1, own.start, own.stop, FOOT)
+        reach = _reach(visibility, values, slice(*foot))
         found.append(Contribution(float(values[peak - 1]), share, reach))
         for a, b in (flank for flank, is_long in zip(flanks, kept, strict=True) if is_long):
             sums = np.cumsum(visibility[a:b].astype(np.float64))
@@ -178,11 +181,13 @@ def _reach(visibility: NDArray[np.floating], values: NDArray[np.float64], part: 
     return float(values[part][low]), float(values[part][min(high, len(sums) - 1)])
 
 
-def _core(smooth: NDArray[np.float64], peak: int, first: int, last: int) -> tuple[int, int]:
+def _core(
+    smooth: NDArray[np.float64], peak: int, first: int, last: int, share: float = CORE
+) -> tuple[int, int]:
     """Bins around a peak down to a share of its height: first and last plus one."""
     low = high = peak
-    while low > first and smooth[low - 1] >= CORE * smooth[peak]:
+    while low > first and smooth[low - 1] >= share * smooth[peak]:
         low -= 1
-    while high < last and smooth[high] >= CORE * smooth[peak]:
+    while high < last and smooth[high] >= share * smooth[peak]:
         high += 1
     return low, high

@@ -77,6 +77,9 @@ def test_a_long_flank_is_named_beside_the_peak_that_it_leads_to():
     surface, flank = found
     assert surface.value == pytest.approx(225, abs=4) and 110 < flank.value < 170
     assert surface.share + flank.share == pytest.approx(1.0)
+    # Haze of another material, far away, does not stretch the peak's range.
+    (found,) = peaks.contributions(0.004 * bump(60, 30, 1.0) + bump(225, 6, 1.0), RANGE)
+    assert found.reach[0] > 205
     # The tails of a mode are its own.
     assert len(peaks.contributions(bump(120, 12, 1.0), RANGE)) == 1
 
