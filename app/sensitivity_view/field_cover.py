@@ -196,10 +196,8 @@ class FieldCover(QObject):
         what_if = answer.what_if
         difference = np.asarray(what_if.difference.mean(axis=-1), dtype=np.float64)
         self.scale = display.scale_of(difference, display.LEAST_DIFFERENCE)
-        colored = display.overlay(what_if.image, difference, self.scale, "signed")
-        self._caption = f"{short(self.scale)} brighter with {edit}"
-        over = ", over black" * self._asked.over_bright
-        self._show(colored, "signed", f"change by the edit{over}")
+        meaning = f"change by the edit{', over black' * self._asked.over_bright}"
+        self._show(difference, what_if.image, "signed", meaning, f" brighter with {edit}")
         detail = f"{edit}: {effect_text(what_if)} ({answer.source})"
         self.pane.name_cover("What if", detail, self._caption)
 
@@ -226,15 +224,25 @@ class FieldCover(QObject):
             self._changed()
         self.pane.canvas.update()
 
-    def _show(self, colored: NDArray[np.float64], measure: display.Shown, meaning: str) -> None:
-        """Cover the image by a picture, with its colour bar."""
-        self._shown_as = measure
+    def _show(
+        self,
+        field: NDArray[np.float64],
+        image: NDArray[np.float32],
+        measure: display.Shown,
+        meaning: str,
+        of_full: str,
+    ) -> None:
+        """Cover an image by its field, with a colour bar, and say what full colour means."""
+        ends = self.scale, max(float(np.abs(field).max()), self.scale)
+        end, most = (f"{100 * e:.0f} %" if measure == "visible" else short(e) for e in ends)
+        # A few pixels may be beyond the scale.
+        less, more = ("≤ ", "≥ ") if most != end else ("", "")
+        self._caption, self._shown_as = f"{more}{end}{of_full}", measure
         of_ground = partial(picture_on, self.pane.background)
-        self.pane.canvas.cover = of_ground(colored)
-        high = f"{100 * self.scale:.0f} %" if measure == "visible" else short(self.scale)
-        texts = ("0", high, meaning)
+        self.pane.canvas.cover = of_ground(display.overlay(image, field, self.scale, measure))
+        texts = ("0", more + end, meaning)
         if measure == "signed":
-            texts = (short(-self.scale), short(self.scale, signed=True), meaning)
+            texts = (less + short(-self.scale), more + short(self.scale, signed=True), meaning)
         bar = of_ground(display.color_bar(measure, BAR.width())[None])
         self.bar.show_scale(bar, texts, self._caption)
         self._changed()
@@ -255,20 +263,19 @@ class FieldCover(QObject):
                 display.scale_of(middle_square(self._shown(each)), least) for each in every
             )
         field, image = _square_together(self._shown(answer), image)
-        colored = display.overlay(image, _resized(field, image), self.scale, measure)
         values = self._state.range_text(answer.request.values)
         if is_part:
-            self._caption = f"{100 * self.scale:.0f} %: part of a pixel that shows {values}"
+            of_full = f": part of a pixel that shows {values}"
             # It is the same by any engine.
             title, meaning, source = f"Where {values} is visible", "of the pixel", ""
         else:
-            self._caption = self._described(answer)
+            of_full = self._described(answer)
             title = f"What an edit at {values} changes"
             meaning, source = f"change {RISES}, {_light(answer)}", _light(answer)
         band = self._asked.band
         if band is not None and band.kept:
-            self._caption += "; Escape returns to the image"
-        self._show(colored, measure, meaning)
+            of_full += "; Escape returns to the image"
+        self._show(_resized(field, image), image, measure, meaning, of_full)
         state = "refining" if answer.request.quality.live else ""
         self.pane.name_cover(title, ", ".join(filter(None, (source, state))), self._caption)
 
@@ -281,7 +288,7 @@ class FieldCover(QObject):
 
     def _described(self, answer: Answer[Any]) -> str:
         how = "brighter" if self._asked.choices.measure == "signed" else "changed"
-        text = f"{short(self.scale)} {how} {RISES}, {_light(answer)}"
+        text = f" {how} {RISES}, {_light(answer)}"
         if answer.source == "learned" and self._asker.hint:
             text += ", outside what it was trained on"
         return text

@@ -316,7 +316,7 @@ def test_hovering_shows_the_field_with_its_image(qtbot, window, builders):
 
 
 def test_hovering_shows_where_the_value_is_visible_and_with_ctrl_what_an_edit_would_change(
-    qtbot, window, builders
+    qtbot, window, builders, monkeypatch
 ):
     state, cover = window.sensitivity_state, window.sensitivity.learned
     hover(window, 140.0, effect=False)
@@ -344,6 +344,18 @@ def test_hovering_shows_where_the_value_is_visible_and_with_ctrl_what_an_edit_wo
     qtbot.waitUntil(lambda: "opacity rises" in cover.caption)
     QTest.keyRelease(window, Qt.Key.Key_Control)
     qtbot.waitUntil(lambda: "part of a pixel" in cover.caption)
+    assert cover.bar.accessibleName() == "Colours: 0 to 40 % of the pixel"
+
+    def with_a_fleck(_engine, request, *_):
+        field = np.full(request.quality.pixels.shape, 0.2)
+        field[8, 8] = 0.6
+        return field
+
+    # One pixel does not set the scale: the bar says that full colour is also beyond its end.
+    monkeypatch.setattr(FakeEngine, "value_visibility", with_a_fleck)
+    hover(window, 150.0, effect=False)
+    qtbot.waitUntil(lambda: cover.bar.accessibleName().startswith("Colours: 0 to ≥ "))
+    assert cover.caption.startswith("≥ ")
 
 
 def test_exact_and_learned_fields_have_one_scale_which_a_click_on_the_bar_locks(
@@ -373,6 +385,9 @@ def test_exact_and_learned_fields_have_one_scale_which_a_click_on_the_bar_locks(
 
     qtbot.waitUntil(is_answered)
     assert exact.scale == scale
+    # The generator's field is beyond the locked scale.
+    qtbot.waitUntil(lambda: learned.caption.startswith("≥ ") and not exact.caption.startswith("≥"))
+    assert re.match("Colours: ≤ −.* to ≥ [+]", learned.bar.accessibleName())
 
 
 def test_the_wheel_widens_and_a_drag_pins_a_band(qtbot, window):
