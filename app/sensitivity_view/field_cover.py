@@ -250,8 +250,7 @@ class FieldCover(QObject):
     def _cover(self, answer: Answer[Any], image: NDArray[np.float32]) -> None:
         is_part = isinstance(answer.request, ValueVisibilityRequest)
         measure: display.Shown = "visible" if is_part else self._asked.choices.measure
-        is_moving = self._state.live or self._asked.dragging
-        keeps_scale = is_moving or self._asked.choices.locked
+        keeps_scale = self._state.live or self._asked.dragging or self._asked.choices.locked
         if not keeps_scale or self._shown_as != measure:
             # One scale for exact and learned fields, or A and B: their colours can be compared.
             too = (self._asker.seen, self._asker.seen_too) if self._state.tf_input.compares else ()
@@ -269,9 +268,14 @@ class FieldCover(QObject):
             # It is the same by any engine.
             title, meaning, source = f"Where {values} is visible", "of the pixel", ""
         else:
-            of_full = self._described(answer)
-            title = f"What an edit at {values} changes"
-            meaning, source = f"change {RISES}, {_light(answer)}", _light(answer)
+            # The engine, or the light of which the field is instead of path-traced light.
+            is_other = answer.source == "other light"
+            source = "computed in soft light" if is_other else answer.source
+            title, meaning = f"What an edit at {values} changes", f"change {RISES}, {source}"
+            how = "brighter" if measure == "signed" else "changed"
+            of_full = f" {how} {RISES}, {source}"
+            if answer.source == "learned" and self._asker.hint:
+                of_full += ", outside what it was trained on"
         band = self._asked.band
         if band is not None and band.kept:
             of_full += "; Escape returns to the image"
@@ -285,18 +289,6 @@ class FieldCover(QObject):
             return np.asarray(answer.value, dtype=np.float64)
         edit = edit_over(request.values, self._state.scalar_range, request.width)
         return display.shown_field(answer.value, edit, self._asked.choices.measure)
-
-    def _described(self, answer: Answer[Any]) -> str:
-        how = "brighter" if self._asked.choices.measure == "signed" else "changed"
-        text = f" {how} {RISES}, {_light(answer)}"
-        if answer.source == "learned" and self._asker.hint:
-            text += ", outside what it was trained on"
-        return text
-
-
-def _light(answer: Answer[Any]) -> str:
-    """Name the engine, or the light of which a field is instead of path-traced light."""
-    return "computed in soft light" if answer.source == "other light" else answer.source
 
 
 def are_alike(one: tuple[int, ...], other: tuple[int, ...]) -> bool:
