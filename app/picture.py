@@ -143,3 +143,11 @@ def software() -> str:
         return f"tfscope {version('tfscope')}"
     except PackageNotFoundError:
         return "tfscope"
+
+
+def pixels_of(image: QImage) -> NDArray[np.uint8]:
+    """Return an opaque picture's pixels as uint8 (H, W, 3)."""
+    rgb = image.convertToFormat(QImage.Format.Format_RGB888)
+    stored = np.frombuffer(rgb.constBits(), np.uint8).reshape(rgb.height(), rgb.bytesPerLine())
+    pixels = stored[:, : 3 * rgb.width()].reshape(rgb.height(), rgb.width(), 3)
+    return pixels.copy()

@@ -385,7 +385,7 @@ def _write_picture(asked: Render, drawer: Drawer) -> None:
 
 def _write_turntable(asked: Render, drawer: Drawer) -> None:
     """Write a full turn about the volume's up axis as a movie."""
-    from app.window.figure import pixels_of
+    from app.picture import pixels_of
 
     count = max(round(asked.seconds * asked.rate), 2)
     volume = drawer.known_volume

@@ -29,7 +29,7 @@ from model.scene.tf_emphasis import (
     raise_value,
 )
 from model.scene.tf_perturbation import edit_around, edit_over
-from model.scene.transfer_function import TF_SAMPLES, OpacityTF, Range
+from model.scene.transfer_function import TF_SAMPLES, OpacityTF
 from model.sensitivity.peaks import Contribution, is_same_value
 from model.sensitivity.what_if import WhatIf, compare, edited, predicted_rmse
 
@@ -224,9 +224,6 @@ def effect_text(found: WhatIf) -> str:
 
 Emphasis = Literal["raise", "lower", "isolate"]
 
-LEAST_HIDDEN = 0.005  # opacity below which the notice calls values transparent
-LEAST_RAISED = 0.1  # rise of opacity that the notice mentions
-
 
 class EditActions:
     """Makes edits, each as one undo step."""
@@ -264,7 +261,8 @@ class EditActions:
         if how == "isolate":
             alone = isolate_value(tf.opacity, value, width, found.reach)
             opacity = self._made_visible(alone)
-            self._say_isolated(tf.opacity, opacity, found.reach)
+            # The image may hardly change.
+            self._say(f"Only the values {self._state.range_text(found.reach)} are shown now.")
         else:
             known = self._ways_back.get((how, tf.opacity))
             if known is not None and is_same_value(known[0], value, self._state.scalar_range):
@@ -275,16 +273,6 @@ class EditActions:
             if opacity != tf.opacity:
                 self._ways_back["lower" if how == "raise" else "raise", opacity] = value, tf.opacity
         self._state.tf_input.set(replace(tf, opacity=opacity), f"{how} value")
-
-    def _say_isolated(self, before: OpacityTF, after: OpacityTF, reach: Range) -> None:
-        """Say which values are isolated, because the image may hardly change."""
-        values, (low, high) = np.linspace(*before.scalar_range, TF_SAMPLES), reach
-        outside = (values < low - self._width) | (values > high + self._width)
-        hidden = (before(values) - after(values))[outside].max(initial=0.0) > LEAST_HIDDEN
-        raised = (after(values) - before(values)).max() > LEAST_RAISED
-        more = ", more opaque than before" if raised else ""
-        others = ": the others are transparent now" if hidden else ": no others were visible"
-        self._say(f"Values {self._state.range_text(reach)} are shown alone{more}{others}.")
 
     def _add(self, value: float, width: float, striking: bool) -> None:
         tf, height = self._state.transfer_function, self._asked.choices.height

@@ -39,6 +39,7 @@ from model.sensitivity.display import LEAST_DIFFERENCE, Shown, color_bar, overla
 
 PRINTED, PAGE = 8 / 72, 180 / 25.4  # height of a figure's text and width of a page, in inches
 MOST_TEXT = 1 / 26  # of an image's shorter side: larger text would cover what it shows
+BESIDE, BETWEEN = 9.0, 3.6  # width of a legend to the right of images, and of a second TF, in texts
 LEAST_TEXT = 8  # pixels
 LEAST_SIDE = 120  # in pixels: a smaller image has no marks
 
@@ -274,11 +275,21 @@ class FigureChoice:
     seconds: float = 0.0  # of a movie; 0 for a figure
     rate: int = 25  # frames a second
     session: bool = True  # whether a PNG file holds the session
+    is_beside: bool = True  # whether the legend is next to the images, not over them
 
     @property
     def names(self) -> tuple[str, ...]:
         """Names of its images and difference, from left to right."""
         return CONTENTS[self.which][1]
+
+    @property
+    def text(self) -> int:
+        """Height of its texts in pixels; that of a wider figure is reduced to a page."""
+        count = 1 if self.which == "wiped" else len(self.names)
+        printed = PRINTED * max(DPI, self.width / PAGE)
+        return round(
+            max(min(printed, MOST_TEXT * min(self.width / count, self.height)), LEAST_TEXT)
+        )
 
     @property
     def frame_count(self) -> int:
@@ -300,11 +311,14 @@ class Subject:
 
 
 def panels(choice: FigureChoice) -> list[QRect]:
-    """Return where the images of a figure are, side by side."""
+    """Return where the images of a figure are, side by side and left of its legend."""
     gaps = 0 if choice.which == "wiped" else len(choice.names) - 1
     gap = max(round(GAP * choice.width), 1)
-    width = (choice.width - gaps * gap) // (gaps + 1)
-    lefts = [number * (choice.width - width) // max(gaps, 1) for number in range(gaps + 1)]
+    own = choice.text * (BESIDE + BETWEEN * ({"reference", "b"} <= {*choice.names}))
+    has_legend = choice.legend and choice.is_beside and choice.which != "difference"
+    whole = choice.width - round(own) * has_legend
+    width = (whole - gaps * gap) // (gaps + 1)
+    lefts = [number * (whole - width) // max(gaps, 1) for number in range(gaps + 1)]
     return [QRect(left, 0, width, choice.height) for left in lefts]
 
 
@@ -351,16 +365,12 @@ def figure(
     painter.scale(size[0] / choice.width, size[1] / choice.height)
     painter.setRenderHints(hint.Antialiasing | hint.SmoothPixmapTransform)
     how = Qt.AspectRatioMode.IgnoreAspectRatio, Qt.TransformationMode.SmoothTransformation
-    keep = Qt.AspectRatioMode.KeepAspectRatio
-    # A wider figure is reduced to a page.
-    printed = PRINTED * max(DPI, choice.width / PAGE)
     for name, image, background, place in zip(names, shown, grounds, panels(choice), strict=False):
-        rect = centred(image.size().scaled(place.size(), keep), place)
+        rect = centred(image.size().scaled(place.size(), Qt.AspectRatioMode.KeepAspectRatio), place)
         if image is not result:
             whole = painter.transform().mapRect(rect).size()
             painter.drawImage(rect, image.scaled(whole, *how))
-        text = max(min(printed, MOST_TEXT * min(rect.width(), rect.height())), LEAST_TEXT)
-        marks = Marks.over(painter, rect, round(text), background)
+        marks = Marks.over(painter, rect, choice.text, background)
         if marks is None:
             continue
         if len(names) > 1:
@@ -370,20 +380,14 @@ def figure(
         if name == "difference" and compared is not None:
             marks.difference_bar(compared, background)
         elif choice.legend and name in last:
-            marks.legend(legend_of(*tfs), subject.units)
+            area = QRect(0, 0, choice.width, choice.height) if choice.is_beside else rect
+            over = Marks(painter, area, choice.text, choice.background)
+            over.legend(legend_of(*tfs), subject.units)
         if choice.scale_bar and name == names[0] and subject.scale is not None:
             marks.scale_bar(subject.scale.bar(subject.view or inputs.view, inputs.part))
         marks.line(subject, inputs.view)
     painter.end()
     return result
-
-
-def pixels_of(image: QImage) -> NDArray[np.uint8]:
-    """Return an opaque picture's pixels as uint8 (H, W, 3)."""
-    rgb = image.convertToFormat(QImage.Format.Format_RGB888)
-    stored = np.frombuffer(rgb.constBits(), np.uint8).reshape(rgb.height(), rgb.bytesPerLine())
-    pixels = stored[:, : 3 * rgb.width()].reshape(rgb.height(), rgb.width(), 3)
-    return pixels.copy()
 
 
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])  # of red, green and blue

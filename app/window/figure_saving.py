@@ -20,7 +20,7 @@ from app.engines.client import Channels, EngineState
 from app.engines.messages import Result
 from app.engines.requests import PictureRequest, Quality, SupersededError
 from app.number_box import short
-from app.picture import save_image, suffixes
+from app.picture import pixels_of, save_image, suffixes
 from app.state.settings import FigureSettings
 from app.state.slow_answers import SlowAnswers
 from app.window.context import Context, ask_for_place
@@ -34,7 +34,6 @@ from app.window.figure import (
     Which,
     figure,
     panels,
-    pixels_of,
 )
 from app.window.figure_dialog import PREVIEW, FigureDialog, duration
 from app.window.overlays import ImageError, Overlays
@@ -148,8 +147,8 @@ class FigureSaving(QObject):
         if copies:
             which = first.which if first.which in sizes else next(iter(sizes))
             width, height = sizes[which]
-            choice = replace(first, which=which, width=width, height=height, seconds=0.0)
-            self.draw(choice, None, as_shown=True)
+            choice = replace(first, width=width, height=height, which=which, seconds=0.0)
+            self.draw(replace(choice, is_beside=False), None, as_shown=True)
             return
         dialog = FigureDialog(sizes, first, self._context.window)
         for name, pane in self._panes.items():

@@ -15,7 +15,8 @@ from window_fakes import PATIENCE_S, FakeEngine
 
 from app.engines.requests import SupersededError
 from app.image_view.engine_pane import EnginePane
-from app.window.figure import Comparison, FigureChoice, Subject, figure, pixels_of
+from app.picture import pixels_of
+from app.window.figure import Comparison, FigureChoice, Subject, figure
 from app.window.figure_dialog import FigureDialog
 from model.errors import RenderError
 from model.rendering.scale_bar import Scale
@@ -458,7 +459,7 @@ def test_a_preview_is_the_figure_at_a_smaller_size():
 @pytest.mark.parametrize("ground", [BLACK, None])
 def test_a_wiped_figure_has_a_left_of_the_line_and_b_right_of_it(ground):
     a, b = plain(0.1, 300, 400), 0.6 * plain(0.5, 300, 400)
-    choice = FigureChoice(400, 300, ground, legend=True, which="wiped")
+    choice = FigureChoice(400, 300, ground, legend=True, which="wiped", is_beside=False)
     drawn = {"reference": (a, 1.0), "b": (b, 1.0)}
     shown = figure(choice, drawn, INPUTS, Subject("K", SCALE, wipe=0.25))
     for x, image in ((90, a), (110, b)):

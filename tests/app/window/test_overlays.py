@@ -9,8 +9,9 @@ from PySide6.QtTest import QTest
 from app import theme
 from app.image_view.engine_pane import HIGH
 from app.image_view.image_canvas import to_qimage
+from app.picture import pixels_of
 from app.state import open_model
-from app.window.figure import FigureChoice, figure, pixels_of
+from app.window.figure import FigureChoice, figure
 from model.rendering.ray_places import ray_places
 from model.scene.transfer_function import OpacityTF
 from model.scene.view import View
