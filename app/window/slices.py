@@ -235,11 +235,12 @@ class Slices(QObject):
 
     def _hover(self, place: Triple | None) -> None:
         """Mark the value under the mouse in the plot; once the mouse rests, in the images."""
-        value, volume, self._pointed = None, self.state.volume, place
+        value, own, volume, self._pointed = None, None, self.state.volume, place
         if place is not None and volume is not None:
             x, y, z = voxel_of(volume, place)
             lowest, highest = volume.scalar_range
-            value = min(max(float(volume.shown[z, y, x]), lowest), highest)
+            own = float(volume.shown[z, y, x])
+            value = min(max(own, lowest), highest)
         if self._holds and value != self._under:
             self._holds = False
             self._context.sensitivity.hover(None)
@@ -248,6 +249,8 @@ class Slices(QObject):
         self._rest.stop()
         if value is not None:
             self._mark.setPos(self._area.axis.place(value))
+        if value is not None and value == own:
+            # Beyond the range, the end's field would be that of other voxels, too.
             self._rest.start()
 
     def _hold(self) -> None:

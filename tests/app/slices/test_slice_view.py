@@ -359,6 +359,13 @@ def test_a_resting_mouse_marks_the_value_and_shows_where_it_is_visible(qtbot, wi
     qtbot.waitUntil(lambda: asked.band is not None and asked.band.low == pytest.approx(value))
     assert not asked.band.effect and state(window).band is None
     assert readout(window) == f"{value:.5g} K\nvoxel 2, 4, {z + 1}"
+    # A value beyond the range is marked at its end, whose field would be that of others, too.
+    volume = state(window).volume
+    state(window).volume = volume.over((value + 1, value + 9))
+    QTest.mouseMove(view.viewport(), at(window, view, 1, 2, z))
+    QTest.mouseMove(view.viewport(), at(window, view, 1, 3, z))
+    assert mark.isVisible() and not window.slices._rest.isActive()
+    state(window).volume = volume
     QTest.mouseMove(view.viewport(), at(window, view, 2, 1, z))
     assert asked.band is None
     qtbot.waitUntil(lambda: asked.band is not None)
