@@ -59,8 +59,12 @@ def compose(
         # fmax and fmin take the number where the other is NaN.
         band = np.fmin(np.fmax(rgba[rows], np.float32(0)), full)
         band /= full
-        brighten(band[..., :3], brightness)
-        _put_over(band, background)
+        if background is not None and not any(background):
+            brighten(band[..., :3], brightness)
+        else:
+            brighten_clear(band, brightness)
+        if background is not None:
+            _put_over(band, background)
         band *= 255
         band += 0.5  # rounds to the nearest, as uint8 cuts off
         levels[rows] = band[..., :channels].astype(np.uint8)
@@ -97,17 +101,30 @@ def paint_background(painter: QPainter, rect: QRect, background: Background) -> 
     painter.fillRect(rect, gradient)
 
 
-def _put_over(band: NDArray[np.float32], background: tuple[int, int, int] | None) -> None:
-    """Put rows over a background in place; without one, make them valid premultiplied colours."""
-    color, opacity = band[..., :3], band[..., 3]
-    if background is None:
+def brighten_clear(rgba: NDArray[np.float32], brightness: float) -> None:
+    """Brighten a rendering (H, W, 4) in [0, 1] in place, and make it valid premultiplied colours.
+
+    Only what a pixel itself shows gets brighter: added to a bright background behind it, more would
+    be white.
+    """
+    opacity = rgba[..., 3]
+    channels = [rgba[..., channel] for channel in range(3)]
+    for channel in channels:
         # Light may be brighter than its opacity allows; more opacity keeps the colour.
-        for channel in range(3):
-            np.maximum(opacity, color[..., channel], out=opacity)
-    elif any(background):
-        for channel, level in enumerate(background):
-            color[..., channel] += (1 - opacity) * np.float32(level / 255)
-        np.minimum(color, np.float32(1), out=color)
+        np.maximum(opacity, channel, out=opacity)
+    if brightness != 1:
+        seen = np.maximum(opacity, np.float32(1e-6))
+        for channel in channels:
+            channel /= seen
+        brighten(rgba[..., :3], brightness)
+        for channel in channels:
+            channel *= seen
+
+
+def _put_over(band: NDArray[np.float32], background: tuple[int, int, int]) -> None:
+    """Put rows over a background in place."""
+    for channel, level in enumerate(background):
+        band[..., channel] += (1 - band[..., 3]) * np.float32(level / 255)
 
 
 def millimetres(pixels: int) -> float:

@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from app import theme
 from app.controls import BY_KEYS, Painted
-from app.picture import BLACK, Background, is_bright, paint_background
+from app.picture import BLACK, Background, brighten_clear, is_bright, paint_background
 from model.rendering.brightness import brighten
 from model.rendering.raster import Raster
 from model.scene.region import Reach
@@ -84,14 +84,14 @@ def to_qimage(
         levels = np.pad(levels, ((0, 0), (0, 0), (0, 1)), constant_values=1)
     if clear or brightness != 1:
         levels = np.clip(levels, 0, 1)
-        brighten(levels[..., :3], brightness)
+        if clear:
+            brighten_clear(levels, brightness)
+        else:
+            brighten(levels[..., :3], brightness)
     formats = QImage.Format
     # The second is the format in which Qt enlarges images fastest.
     given, shown = formats.Format_RGBX32FPx4, formats.Format_RGB32
     if clear:
-        # Light may be brighter than its opacity allows; more opacity keeps the colour.
-        for channel in range(3):
-            np.maximum(levels[..., 3], levels[..., channel], out=levels[..., 3])
         given = formats.Format_RGBA32FPx4_Premultiplied
         shown = formats.Format_ARGB32_Premultiplied
     height, width = levels.shape[:2]

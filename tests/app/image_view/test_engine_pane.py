@@ -131,10 +131,17 @@ def test_a_picture_is_as_bright_as_on_the_screen(rgba, brightness, tmp_path):
     saved = pixels(compose(levels, (0, 0, 0), brightness=brightness), f"{tmp_path}/levels.png")
     steepest = max(brightness, 1 / brightness)
     np.testing.assert_allclose(saved, expected, atol=0.5 * steepest + 0.51)
-    # Over black, a transparent one looks the same.
+    # Over white and without a background, only what a pixel itself shows is brighter.
+    opacity = rgba[..., 3:]
+    itself = rgba[..., :3] / opacity
+    largest = itself.max(axis=-1, keepdims=True)
+    expected = 255 * opacity * brightness * itself / (1 + (brightness - 1) * largest)
+    white = pixels(compose(rgba, (255, 255, 255), brightness=brightness), f"{tmp_path}/white.png")
+    np.testing.assert_allclose(white, expected + 255 * (1 - opacity), atol=0.51)
     clear = pixels(compose(rgba, None, brightness=brightness), f"{tmp_path}/clear.png")
-    over_black = clear[..., :3] * (clear[..., 3:] / 255)
-    np.testing.assert_allclose(over_black, expected, atol=1.5)
+    np.testing.assert_allclose(clear[..., :3] * (clear[..., 3:] / 255), expected, atol=1.5)
+    shown = to_qimage(rgba, brightness, clear=True).convertToFormat(QImage.Format.Format_RGBA8888)
+    np.testing.assert_allclose(pixels(shown, f"{tmp_path}/shown.png"), clear, atol=1)
 
 
 def test_a_transparent_picture_is_unmultiplied_in_its_file(rgba, tmp_path):
