@@ -22,7 +22,7 @@ from app.image_view.image_canvas import KeyedWidget
 from app.latent_browser import map_marks as marks
 from app.latent_browser.map_marks import WHEEL_FACTOR, Grip, MapFrame, dragged, grips_at
 from app.state.latent_session import LatentSession, LatentState
-from model.latent.latent_map import Brush
+from model.latent.latent_map import CELLS, Brush
 
 KEY_STEP = 12  # pixels that an arrow key goes
 
@@ -95,8 +95,10 @@ class MapView(KeyedWidget):
         painter.drawImage(0, 0, self._points)
         frame, latent = self.frame, self._latent
         marks.paint_brush(painter, frame, latent.brush, self.active_cell)
-        if self._session.different is not None:
-            marks.paint_different(painter, frame, map_.places[self._session.different])
+        different = self._session.different
+        # More are first drawn, then chosen from.
+        if different is not None and len(different) <= CELLS**2:
+            marks.paint_different(painter, frame, map_.places[different])
         if self._session.place is not None:
             marks.paint_present(painter, frame, self._session.place)
         if latent.hover is not None and self._pressed is None:

@@ -375,6 +375,11 @@ def test_the_map_is_cancelled_or_the_window_closed(qtbot, make_window, builders,
 
 def test_map_and_grid_are_used_by_keys(qtbot, window):
     map_view, grid, latent = window.browser.map, window.browser.grid, window.latent_state
+    # Of the TFs that differ most, there are marks once 16 are chosen.
+    session, pictures = window.workspace.latent.session, []
+    for session.different in (None, np.arange(32), np.arange(16)):
+        pictures.append(map_view.grab().toImage())
+    assert pictures[0] == pictures[1] != pictures[2]
     before = window.state.transfer_function
     QTest.keyClick(map_view, Qt.Key.Key_Right)
     first = latent.hover
