@@ -16,8 +16,8 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from app.picture import pixels_of
 from app.theme import apply_theme
-from app.window.figure import pixels_of
 from app.window.help_pages import status_keys
 from app.window.settings_dialog import apply_single_keys
 from model.scene.region import Outline
