@@ -59,12 +59,11 @@ def compose(
         # fmax and fmin take the number where the other is NaN.
         band = np.fmin(np.fmax(rgba[rows], np.float32(0)), full)
         band /= full
-        if background is not None and not any(background):
-            brighten(band[..., :3], brightness)
-        else:
+        if background is None or any(background):
             brighten_clear(band, brightness)
-        if background is not None:
-            _put_over(band, background)
+            _put_over(band, background or BLACK)
+        else:
+            brighten(band[..., :3], brightness)
         band *= 255
         band += 0.5  # rounds to the nearest, as uint8 cuts off
         levels[rows] = band[..., :channels].astype(np.uint8)

@@ -13,7 +13,7 @@ from PySide6.QtWidgets import QToolButton
 
 from app import theme
 from app.engines.client import EngineState
-from app.engines.requests import ValueVisibilityRequest
+from app.engines.requests import Array, ValueVisibilityRequest
 from app.image_view.engine_pane import EnginePane
 from app.image_view.image_canvas import ImageCanvas, paint_plate, picture_on
 from app.number_box import short
@@ -25,8 +25,9 @@ from model.scene.inputs import SceneInputs
 from model.scene.tf_perturbation import edit_over
 from model.sensitivity import display
 
-BAR, HEIGHT, MARGIN = QSize(140, 10), 24, 8
+Field = NDArray[np.float64]
 
+BAR, HEIGHT, MARGIN = QSize(140, 10), 24, 8
 BACKING = 190  # opacity of the background behind the text, of 255
 ROOM = 60  # height of the lines above a painted bar, at most, in pixels
 LOCKED = "locked"
@@ -145,7 +146,7 @@ class FieldCover(QObject):
         self.pane, self._asker = pane, asker
         self._state, self._asked = asker.state, asker.asked
         self._choose, self._changed = choose, changed
-        self._images: list[tuple[float, SceneInputs, NDArray[np.float32]]] = []
+        self._images: list[tuple[float, SceneInputs, Array]] = []
         self.scale = display.FLOOR  # value at the end of the colour bar
         self._caption = ""
         self._what_if: RenderedEdit | None = None
@@ -159,7 +160,7 @@ class FieldCover(QObject):
         """Meaning of the colours, in a sentence; empty if no field is shown."""
         return self._caption if self._shown_as is not None else ""
 
-    def image_of(self, inputs: SceneInputs) -> NDArray[np.float32] | None:
+    def image_of(self, inputs: SceneInputs) -> Array | None:
         """Return the pane's image (H, W, 3) of some inputs; None if it is not there yet."""
         found = (image for _, of, image in reversed(self._images) if of == inputs)
         return next(found, None)
@@ -201,7 +202,7 @@ class FieldCover(QObject):
         detail = f"{edit}: {effect_text(what_if)} ({answer.source})"
         self.pane.name_cover("What if", detail, self._caption)
 
-    def _take_image(self, inputs: SceneInputs, image: NDArray[np.float32]) -> None:
+    def _take_image(self, inputs: SceneInputs, image: Array) -> None:
         now = time.monotonic()
         recent = [kept for kept in self._images if now - kept[0] < KEPT_S]
         self._images = [*recent, (now, inputs, image[..., :3])]
@@ -225,12 +226,7 @@ class FieldCover(QObject):
         self.pane.canvas.update()
 
     def _show(
-        self,
-        field: NDArray[np.float64],
-        image: NDArray[np.float32],
-        measure: display.Shown,
-        meaning: str,
-        of_full: str,
+        self, field: Field, image: Array, measure: display.Shown, meaning: str, of_full: str
     ) -> None:
         """Cover an image by its field, with a colour bar, and say what full colour means."""
         ends = self.scale, max(float(np.abs(field).max()), self.scale)
@@ -247,7 +243,7 @@ class FieldCover(QObject):
         self.bar.show_scale(bar, texts, self._caption)
         self._changed()
 
-    def _cover(self, answer: Answer[Any], image: NDArray[np.float32]) -> None:
+    def _cover(self, answer: Answer[Any], image: Array) -> None:
         is_part = isinstance(answer.request, ValueVisibilityRequest)
         measure: display.Shown = "visible" if is_part else self._asked.choices.measure
         keeps_scale = self._state.live or self._asked.dragging or self._asked.choices.locked
@@ -283,7 +279,7 @@ class FieldCover(QObject):
         state = "refining" if answer.request.quality.live else ""
         self.pane.name_cover(title, ", ".join(filter(None, (source, state))), self._caption)
 
-    def _shown(self, answer: Answer[Any]) -> NDArray[np.float64]:
+    def _shown(self, answer: Answer[Any]) -> Field:
         request = answer.request
         if isinstance(request, ValueVisibilityRequest):
             return np.asarray(answer.value, dtype=np.float64)
@@ -298,9 +294,7 @@ def are_alike(one: tuple[int, ...], other: tuple[int, ...]) -> bool:
     return is_square or abs(rows * width - columns * height) <= max(*one[:2], *other[:2])
 
 
-def _square_together(
-    field: NDArray[np.float64], image: NDArray[np.float32]
-) -> tuple[NDArray[np.float64], NDArray[np.float32]]:
+def _square_together(field: Field, image: Array) -> tuple[Field, Array]:
     """Crop the wider one to its middle square: the generator's image is square."""
     height, width = image.shape[:2]
     if height == width:
@@ -308,7 +302,7 @@ def _square_together(
     return field, middle_square(image) if field.shape[0] == field.shape[1] else image
 
 
-def _resized(field: NDArray[np.float64], image: NDArray[np.float32]) -> NDArray[np.float64]:
+def _resized(field: Field, image: Array) -> Field:
     if field.shape == image.shape[:2]:
         return field
     # Imported here: the window starts without them.

@@ -102,12 +102,12 @@ class UpAxisCard(Card):
         self.buttons: dict[str, QToolButton] = {}
         self._views: list[View] = []  # of the pictures, one for each axis; slow to find
         self._lay_out()
-        self._rest = Pause(self, TF_REST_MS, self.ask_for_pictures)
+        self._rest = Pause(self, TF_REST_MS, self._ask_for_pictures)
         self._state.viewChangeFinished.connect(self._follow_view)
         self._state.navigationChanged.connect(self._follow)
         self._state.tf_input.changeFinished.connect(lambda _tf: self._rest.start())
         # The first picture is drawn, or a restarted analyst has lost the request.
-        self._workspace.reference.analystReplaced.connect(self.ask_for_pictures)
+        self._workspace.reference.analystReplaced.connect(self._ask_for_pictures)
         self.hide()
 
     def ask(self) -> None:
@@ -117,7 +117,7 @@ class UpAxisCard(Card):
             button.setCheckable(axis == self._state.up_axis)
             button.setChecked(axis == self._state.up_axis)
         self.show()
-        self.ask_for_pictures()
+        self._ask_for_pictures()
 
     def _follow_view(self) -> None:
         # A user who turns the volume has seen the question; View > Up shows it again.
@@ -169,8 +169,7 @@ class UpAxisCard(Card):
     def _remembered(self, fingerprint: str) -> str:
         return self._context.preferences.volume(fingerprint).up_axis
 
-    def ask_for_pictures(self) -> None:
-        """Draw the pictures of an open question."""
+    def _ask_for_pictures(self) -> None:
         opened = self._workspace.opened
         # The first picture comes before them.
         if opened is None or self.isHidden() or not self._workspace.reference.has_drawn:

@@ -78,7 +78,6 @@ class MainWindow(WindowParts):
             (work.settingsChanged, lambda _settings: self._show_light()),
             (work.preparation.progressed, self.status.show_preparation),
             (self.latent_state.choicesChanged, self._show_browser),
-            (self.overlays.backgroundChanged, self.up_axis_card.ask_for_pictures),
             (self.crop_card.shownChanged, self._show_crop_handles),
             (self.sensitivity_state.changed, self._show_crop_handles),
             (self.panes.arranged, self.arrange),

@@ -4,7 +4,7 @@ from dataclasses import replace
 from functools import lru_cache, partial
 from typing import Literal, get_args
 
-from PySide6.QtCore import QObject, QRect, Signal
+from PySide6.QtCore import QObject, QRect
 from PySide6.QtGui import QPainter
 
 from app.controls import Painted
@@ -34,8 +34,6 @@ Overlay = Literal["cube", "legend", "scale_bar", "opacity_images"]  # settings o
 
 class Overlays(QObject):
     """Shows overlays on each pane's image as the settings say, if there is a volume."""
-
-    backgroundChanged = Signal()  # emitted when the user has chosen another
 
     def __init__(self, context: Context, grid: CellGrid) -> None:
         super().__init__(context.window)
@@ -78,7 +76,6 @@ class Overlays(QObject):
         """Set the images' background."""
         self._preferences.set(background=choice)
         self.refresh()
-        self.backgroundChanged.emit()
 
     def preview(self, opacity: OpacityTF | None) -> None:
         """Set the legend to another opacity TF's picture; None for the image's own."""

@@ -270,12 +270,9 @@ def test_it_is_asked_once_with_pictures(qtbot, make_window, builders):
     qtbot.waitUntil(lambda: level(AXES[-1]) > level(AXES[1]) > 0)
     # The reference may have drawn the first ones.
     qtbot.waitUntil(lambda: bool(asked()) and 1 + len(asked()[-1].more) == len(AXES))
-    # The pictures follow the TF and the background.
+    # The pictures follow the TF.
     window.state.tf_input.set(make_tf(), "preset")
     qtbot.waitUntil(lambda: asked()[-1].inputs.opacity_tf == make_tf().opacity)
-    count = len(asked())
-    window.overlays.choose_background("white")
-    qtbot.waitUntil(lambda: len(asked()) > count and level(AXES[1]) == 255)
     card.buttons["-y"].click()
     assert window.state.up_axis == "-y" and card.isHidden()
     builders.volumes["other"] = make_volume("other", 300.0)
