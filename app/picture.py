@@ -61,7 +61,8 @@ def compose(
         band /= full
         if background is None or any(background):
             brighten_clear(band, brightness)
-            _put_over(band, background or BLACK)
+            if background is not None:
+                _put_over(band, background)
         else:
             brighten(band[..., :3], brightness)
         band *= 255

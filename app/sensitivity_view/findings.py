@@ -167,11 +167,12 @@ def _edit(asker: SensitivityAsker, number: int, interval: Interval) -> tuple[Row
     choices, write = asker.asked.choices, asker.state.value_text
     at = write(interval.value)
     change = interval.predicted(choices.height)
-    effect = brightness_text(change)
-    if asker.asked.over_bright:
-        effect = f"{short(round(change, 3), signed=True)} over black"
     if choices.measure == "change":
         effect = f"changes by {change_text(change)}"
+    elif asker.asked.over_bright:
+        effect = f"{short(round(change, 3), signed=True)} over black"
+    else:
+        effect = brightness_text(change)
     tip = EDIT_TIP.format(write(interval.low), write(interval.high))
     row = Row((at, effect), tip, badge=str(number))
     return row, (effect, f"Edit {number} at {at}, {effect}; Enter adds it")

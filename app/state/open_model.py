@@ -147,7 +147,7 @@ class OpenModel:
 
     @property
     def is_foreign(self) -> bool:
-        """Whether it was trained on another volume than the open one."""
+        """True if it was trained on another volume than the open one."""
         return None not in (self.scene or self._promised, self.opened) and not self.volume_scene
 
     @property

@@ -287,9 +287,8 @@ class FigureChoice:
         """Height of its texts in pixels; that of a wider figure is reduced to a page."""
         count = 1 if self.which == "wiped" else len(self.names)
         printed = PRINTED * max(DPI, self.width / PAGE)
-        return round(
-            max(min(printed, MOST_TEXT * min(self.width / count, self.height)), LEAST_TEXT)
-        )
+        shorter = min(self.width / count, self.height)
+        return round(max(min(printed, MOST_TEXT * shorter), LEAST_TEXT))
 
     @property
     def frame_count(self) -> int:

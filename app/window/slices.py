@@ -249,9 +249,9 @@ class Slices(QObject):
         self._rest.stop()
         if value is not None:
             self._mark.setPos(self._area.axis.place(value))
-        if value is not None and value == own:
             # Beyond the range, the end's field would be that of other voxels, too.
-            self._rest.start()
+            if value == own:
+                self._rest.start()
 
     def _hold(self) -> None:
         if self._under is not None and self._context.sensitivity.choices.shown:

@@ -150,7 +150,7 @@ def _scaled(opacity: OpacityTF, reach: Range, width: float, factor: float) -> Op
 def _between(opacity: OpacityTF, reach: Range, width: float) -> tuple[tuple[float, float], ...]:
     """Points of a curve between two values, with flanks whose middles are these values."""
     (lo, hi), (low, high) = opacity.scalar_range, reach
-    half = min(width, high - low) / 2
+    half = width / 2
     # Beyond an end of the scalar range there is nothing to cut.
     first, last = low + half if low - half > lo else lo, high - half if high + half < hi else hi
     own = [p[0] for p in opacity.points] or np.linspace(first, last, MODES_POINTS).tolist()

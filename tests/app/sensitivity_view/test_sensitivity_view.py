@@ -111,10 +111,9 @@ def test_a_flag_adds_the_mode_that_was_listed_or_one_in_a_striking_colour(qtbot,
     assert not responses.peaks.intervals
     window.sensitivity_state.choose(height=height)
     (interval,) = responses.peaks.intervals
-    row = window.sensitivity.findings.edit_rows[0]
     for background, said in (("white", "+6.9 over black"), ("black", "brighter by 6.9")):
         window.overlays.choose_background(background)
-        assert row.accessibleName().endswith(said)
+        assert window.sensitivity.findings.edit_rows[0].accessibleName().endswith(said)
     flag = window.sensitivity.responses.flags[0]
     QTest.mouseClick(flag, Qt.MouseButton.LeftButton)
     tf = window.state.transfer_function

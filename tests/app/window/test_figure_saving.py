@@ -60,15 +60,12 @@ def test_figures_are_saved_and_copied(qtbot, window, builders, tmp_path, monkeyp
     qtbot.waitUntil(lambda: "picture.png" in window.notice.text)
     assert not window.status.news
     # A movie's even sides, of proportions of even sides, are the image's.
-    with monkeypatch.context() as patched:
-        patched.setattr(window.saving, "sizes", lambda: {"reference": (1366, 515)})
-        saved_figure(qtbot, window, FigureChoice(1024, 384), tmp_path / "even.png")
-    first = window.saving.first_choice()
-    assert (first.width, first.height) == (1024, 0)
-    with monkeypatch.context() as patched:
-        patched.setattr(window.saving, "sizes", lambda: {"reference": (683, 515)})
-        saved_figure(qtbot, window, FigureChoice(682, 514), tmp_path / "as_shown.png")
-    assert window.saving.first_choice().width == 0
+    for shown, size, longer in (((1366, 515), (1024, 384), 1024), ((683, 515), (682, 514), 0)):
+        with monkeypatch.context() as patched:
+            patched.setattr(window.saving, "sizes", lambda shown=shown: {"reference": shown})
+            saved_figure(qtbot, window, FigureChoice(*size), tmp_path / "even.png")
+        first = window.saving.first_choice()
+        assert (first.width, first.height) == (longer, 0)
     # The next figure begins in this size, or as large as the screen's again.
     width, height = window.saving.sizes()["reference"]
     half = width // 2, height // 2
