@@ -28,6 +28,7 @@ from model.sensitivity.peaks import (
 
 GOOD, FAIR = 0.9, 0.7  # least cosines of good and fair agreement
 ROWS = 3  # most values, and most edits
+MOST = 0.5  # largest change that is predicted in numbers: pixels saturate, the prediction does not
 LEAST_SHOWN = 0.001  # least change of pixel values that is shown: a quarter of an 8-bit step
 
 VALUE_TIP = "{} make up {} % of what is visible. Point at them in the plot to see where."
@@ -168,25 +169,28 @@ def _edit(asker: SensitivityAsker, number: int, interval: Interval) -> tuple[Row
     at = write(interval.value)
     change = interval.predicted(choices.height)
     if choices.measure == "change":
-        effect = f"changes by {change_text(change)}"
+        effect = f"changes by {change_text(change, MOST)}"
     elif asker.asked.over_bright:
-        effect = f"{short(round(change, 3), signed=True)} over black"
+        beyond = "> " * (change > MOST) + "< " * (change < -MOST)
+        size = short(round(min(max(change, -MOST), MOST), 3), signed=True)
+        effect = f"{beyond}{size} over black"
     else:
-        effect = brightness_text(change)
+        effect = brightness_text(change, MOST)
     tip = EDIT_TIP.format(write(interval.low), write(interval.high))
     row = Row((at, effect), tip, badge=str(number))
     return row, (effect, f"Edit {number} at {at}, {effect}; Enter adds it")
 
 
-def brightness_text(change: float) -> str:
+def brightness_text(change: float, most: float = 1.0) -> str:
     """Write a change of brightness, 0 to 1, to a thousandth."""
-    return f"{'brighter' if change > 0 else 'darker'} by {change_text(change)}"
+    return f"{'brighter' if change > 0 else 'darker'} by {change_text(change, most)}"
 
 
-def change_text(change: float) -> str:
-    """Write the size of a change of pixel values, 0 to 1, to a thousandth."""
+def change_text(change: float, most: float = 1.0) -> str:
+    """Write the size of a change of pixel values, up to a limit, to a thousandth."""
     size = abs(change)
-    return "< .001" if size < LEAST_SHOWN else short(round(size, 3))
+    most_text = "> " * (size > most) + short(round(min(size, most), 3))
+    return "< .001" if size < LEAST_SHOWN else most_text
 
 
 def source_text(workspace: Workspace) -> str:

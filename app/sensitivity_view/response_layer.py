@@ -48,7 +48,7 @@ class PeakFlag(QToolButton):
 
     def say(self, effect: str, name: str) -> bool:
         """Show the edit's effect, in words in its name; return whether that has changed."""
-        text = f"{self.number}  {effect}".rstrip()
+        text = f"{self.number}: {effect}".rstrip(": ")
         if (text, name) == (self.text(), self.accessibleName()):
             return False
         self.setText(text)

@@ -15,7 +15,7 @@ from app.engines.client import Channels, EngineName
 from app.engines.messages import Result
 from app.engines.requests import BatchRequest
 from app.number_box import short
-from app.sensitivity_view.findings import brightness_text, change_text
+from app.sensitivity_view.findings import MOST, brightness_text, change_text
 from app.sensitivity_view.response_layer import ResponseLayer
 from app.state.sensitivity_asker import BAND_REST_MS, SensitivityAsker, Source
 from app.tf_editor.unit_axis import WIDTHS
@@ -213,7 +213,7 @@ class WhatIfQuestion(QObject):
 
 def _said(answer: RenderedEdit) -> str:
     predicted = answer.what_if.predicted
-    said = "" if predicted is None else f"; predicted {change_text(predicted)}"
+    said = "" if predicted is None else f"; predicted {change_text(predicted, MOST)}"
     return f"{effect_text(answer.what_if)} ({answer.source}{said})"
 
 

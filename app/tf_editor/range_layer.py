@@ -1,18 +1,20 @@
 """The TF's scalar range in the plots: two draggable lines, and grey beyond them."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
-from PySide6.QtCore import QObject, QRectF, Qt
-from PySide6.QtGui import QBrush, QColor, QPainter, QPen
-from PySide6.QtWidgets import QGraphicsRectItem, QStyleOptionGraphicsItem, QWidget
+from PySide6.QtCore import QEvent, QObject, QRectF, Qt
+from PySide6.QtGui import QBrush, QColor, QPainter, QPen, QStatusTipEvent
+from PySide6.QtWidgets import QApplication, QGraphicsRectItem, QStyleOptionGraphicsItem, QWidget
 
 from app import theme
 from app.state.viewer_state import ViewerState
 from app.tf_editor.handles import DragHandle, is_hovered
 from app.tf_editor.plot_area import PlotArea
-from model.scene.ranges import fit_to_range, range_text, stretch_to_range
+from model.scene.ranges import fit_to_range, range_text, stretch_to_range, value_text
+from model.scene.tf_emphasis import cut_to
 from model.scene.transfer_function import Range, TransferFunction
 
 SMALL_RANGE = 0.2  # share of all values below which a range is hard to edit
@@ -21,8 +23,8 @@ LEAST_DISTANCE = 0.004  # least distance of the lines after a drag, as a share o
 _REACH = 5.0
 _GRIP = 7.0, 22.0  # width and height of the grips, in pixels
 _TIP = (
-    "Drag to stretch the TF to another range, like window and level.\nWith Ctrl, cut the TF there "
-    "instead."
+    "Drag to stretch the TF to another range, like window and level.\nWith Ctrl, values "
+    "beyond the mouse become transparent."
 )
 
 
@@ -44,6 +46,14 @@ class RangeLine(DragHandle):
         # Below the handles of modes and points, which may be at the same position.
         self.setZValue(70)
         self._height = 0.0
+
+    def sceneEvent(self, event: QEvent) -> bool:
+        """Name its keys in the status line while the mouse is over it."""
+        hover = QEvent.Type.GraphicsSceneHoverEnter, QEvent.Type.GraphicsSceneHoverLeave
+        if event.type() in hover:
+            area = "Line at an end of the TF" * (event.type() == hover[0])
+            QApplication.sendEvent(self.scene().views()[0].window(), QStatusTipEvent(area))
+        return super().sceneEvent(event)
 
     def set_height(self, height: float) -> None:
         """Set the height of the plot, in pixels."""
@@ -76,11 +86,9 @@ class RangeLayer(QObject):
         super().__init__(area)
         self._area = area
         self._state = state
-        self._before: TransferFunction | None = None
-        self._cuts = False
+        self._before, self._cuts = state.transfer_function, False
         self._cut: tuple[TransferFunction, TransferFunction] | None = None
-        """The TF that was cut last: after the cut and before."""
-        self._begun = state.transfer_function
+        """The TF whose range was set last: after that and before."""
         self.lines = [
             RangeLine(side, partial(self._drag, end), self._finish, self._begin)
             for end, side in enumerate((-1, 1))
@@ -99,8 +107,7 @@ class RangeLayer(QObject):
             self.lines[end].setVisible(0.0 <= place <= 1.0)
             left, right = (0.0, min(place, 1.0)) if end == 0 else (max(place, 0.0), 1.0)
             for shade in self._shades[end]:
-                height = shade.rect().height()
-                shade.setRect(left, 0.0, max(right - left, 0.0), height)
+                shade.setRect(left, 0.0, max(right - left, 0.0), shade.rect().height())
                 shade.setVisible(right > left)
 
     def show_range(self, fill: bool = False) -> None:
@@ -122,14 +129,11 @@ class RangeLayer(QObject):
 
     def set_range(self, scalar_range: Range) -> None:
         """Set the TF's range: one undo step."""
-        whole = self._whole()
+        # Parts beyond the range come back with a wider one.
+        tf = self._state.transfer_function
+        whole = self._cut[1] if self._cut is not None and self._cut[0] == tf else tf
         self._state.tf_input.set(fit_to_range(whole, scalar_range), "range")
         self._cut = self._state.transfer_function, whole
-
-    def _whole(self) -> TransferFunction:
-        """Return the present TF with the parts that were cut off."""
-        tf = self._state.transfer_function
-        return self._cut[1] if self._cut is not None and self._cut[0] == tf else tf
 
     def fit_height(self) -> None:
         """Set the lines' height to the plot's."""
@@ -149,37 +153,31 @@ class RangeLayer(QObject):
             shade.setBrush(QBrush(color))
 
     def _begin(self, adds: bool) -> None:
-        self._before = self._state.transfer_function
-        self._begun, self._cuts = self._whole(), adds
+        self._before, self._cuts = self._state.transfer_function, adds
 
     def _drag(self, end: int, place: float, _height: float) -> None:
-        if self._before is None:
-            return
-        axis = self._area.axis
-        ends = [axis.place(value) for value in self._before.scalar_range]
-        other = ends[1 - end]
+        axis, (lo, hi) = self._area.axis, self._before.scalar_range
+        other = axis.place((hi, lo)[end])
         place = min(max(place, 0.0), 1.0)
         at = min(place, other - LEAST_DISTANCE) if end == 0 else max(place, other + LEAST_DISTANCE)
-        lo, hi = self._before.scalar_range
         value = axis.value(at)
         scalar_range = (value, hi) if end == 0 else (lo, value)
         if scalar_range[0] >= scalar_range[1]:
             return
-        # From the TF before the drag: what a line cuts off comes back when it returns.
+        # From the TF before the drag: what the mouse cuts off comes back when it returns.
+        scale = self._state.scale
         if self._cuts:
-            self._state.tf_input.move(fit_to_range(self._begun, scalar_range))
+            cut = cut_to(self._before.opacity, scalar_range)
+            self._state.tf_input.move(replace(self._before, opacity=cut))
+            text = f"cut {('below', 'above')[end]} {value_text(value, (lo, hi), scale)}"
         else:
             self._state.tf_input.move(stretch_to_range(self._before, scalar_range))
-        how = "cut" if self._cuts else "Ctrl: cut"
-        text = f"range {range_text(scalar_range, scalar_range, self._state.scale)}   {how}"
+            text = f"range {range_text(scalar_range, scalar_range, scale)}   Ctrl: cut"
         self._area.show_readout(self._area.opacity, value, 0.8, text)
 
     def _finish(self) -> None:
-        if self._cuts:
-            self._cut = self._state.transfer_function, self._begun
-        self._before = None
         self._area.hide_readout()
-        self._state.tf_input.finish("range")
+        self._state.tf_input.finish("cut" if self._cuts else "range")
 
 
 def _add_shade(view: Any) -> QGraphicsRectItem:

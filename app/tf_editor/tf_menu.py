@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,7 +39,7 @@ from app.tf_editor.plot_area import PlotArea
 from app.tf_editor.range_layer import RangeLayer
 from app.tf_editor.unit_axis import OpacityScale, ScalarAxis
 from model.scene.ranges import fit_to_range
-from model.scene.tf_editing import fitted_curve, fitted_modes
+from model.scene.tf_editing import as_curve, fitted_modes
 from model.scene.tf_presets import (
     COLOR_MAPS,
     Preset,
@@ -48,7 +49,7 @@ from model.scene.tf_presets import (
     presets,
     reversed_colors,
 )
-from model.scene.transfer_function import TF_SAMPLES, ColorTF, OpacityTF, Range, TransferFunction
+from model.scene.transfer_function import Range, TransferFunction
 from model.scene.value_scale import values_at
 
 PICTURE = 96  # sides of a picture, in pixels
@@ -323,27 +324,24 @@ class TransferFunctionMenu(QObject):
 
     def use_color_map(self, name: str) -> None:
         """Replace the colours by a map's: one undo step."""
-        self._recolor(color_tf_of_map(name, self._state.scalar_range), f"colours {name}")
+        self._change(f"colours {name}", color=color_tf_of_map(name, self._state.scalar_range))
 
     def reverse_colors(self) -> None:
         """Mirror the colours in the range: one undo step."""
-        self._recolor(reversed_colors(self._state.transfer_function.color), "reverse colours")
+        self._change("reverse colours", color=reversed_colors(self._state.transfer_function.color))
 
     def to_curve(self) -> None:
         """Turn modes into a free curve of few points: one undo step."""
-        opacity = self._state.transfer_function.opacity
-        values = np.linspace(*opacity.scalar_range, TF_SAMPLES)
-        samples = tuple(zip(values.tolist(), opacity(values).tolist(), strict=True))
-        self._reshape(fitted_curve(replace(opacity, modes=(), points=samples)), "as free curve")
+        self._change("as free curve", opacity=as_curve(self._state.transfer_function.opacity))
 
     def to_modes(self) -> None:
         """Turn a free curve into modes: one undo step."""
-        self._reshape(fitted_modes(self._state.transfer_function.opacity), "as modes")
+        self._change("as modes", opacity=fitted_modes(self._state.transfer_function.opacity))
 
     def start_curve(self) -> None:
         """Begin with a free curve of zero opacity: one undo step."""
         opacity, (lo, hi) = self._state.transfer_function.opacity, self._state.scalar_range
-        self._reshape(replace(opacity, modes=(), points=((lo, 0.0), (hi, 0.0))), "new curve")
+        self._change("new curve", opacity=replace(opacity, modes=(), points=((lo, 0.0), (hi, 0.0))))
 
     def type_range(self) -> None:
         """Open the popup with the range's two numbers."""
@@ -368,11 +366,8 @@ class TransferFunctionMenu(QObject):
         self._layer.set_range(scalar_range)
         self._layer.show_range()
 
-    def _reshape(self, opacity: OpacityTF, text: str) -> None:
-        self._set(replace(self._state.transfer_function, opacity=opacity), text)
-
-    def _recolor(self, color: ColorTF, text: str) -> None:
-        self._set(replace(self._state.transfer_function, color=color), text)
+    def _change(self, text: str, **part: Any) -> None:
+        self._set(replace(self._state.transfer_function, **part), text)
 
     def _set(self, tf: TransferFunction, text: str) -> None:
         if tf != self._state.transfer_function:

@@ -183,7 +183,7 @@ class Marks:
         title = self._elided(f"Value ({units})" if units else "Value", 0.45 * rect.width())
         above = (1.2 if len(tfs) == 1 else 1.8) * text
         self._write_before(rect.right() - margin, bar.top() - above, title)
-        reach = f"opacity up to {', '.join(peaks)}"
+        reach = f"highest opacity: {', '.join(peaks)}"
         self._write_before(rect.right() - margin, bar.bottom() + 1.3 * text, reach)
 
     def _paint_colors(self, bar: QRectF, profile: QRectF, tf: TransferFunction) -> None:

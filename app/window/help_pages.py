@@ -59,7 +59,6 @@ Click a numbered flag | add a mode there
 Drag a mode's peak, or a point | its value and opacity | Drag | move a handle
 Drag a square at its side | its width
 Double click between the handles | add a mode or point | Double click | add
-Drag a line at an end of the range | stretch the TF (with Ctrl: cut it)
 Ctrl and wheel | zoom the axis. A middle drag moves it, Home shows all of it
 Click the colour strip | add a colour stop
 Double click a colour stop | choose its colour
@@ -67,6 +66,9 @@ Shift and drag, or Ctrl+A | select several. Drag one of them to move all
 Arrow keys, faster with Shift | move the selection
 Delete | remove the selection | Delete | remove
 F2 | type the numbers of the selection. Tab goes on | F2 | numbers
+# Line at an end of the TF
+Drag | stretch the TF to another range | Drag | stretch the TF
+Ctrl and drag | make values beyond the mouse transparent | Ctrl drag | cut: transparent beyond
 # Values and edits
 ▲, ▼ or Isolate in a row | raise, lower or isolate its values | ▲ ▼ | edit
 Add in a row | add that mode to the TF | Add | add a mode
@@ -90,7 +92,7 @@ F6, Shift and F6 | the next area, the one before
 F8 | show or hide values and edits
 F9 | fold or unfold the TF editor
 F10, or Alt in a narrow window | the menus
-Escape | end the last action, or dismiss the newest notice
+Escape | end the last action, or dismiss the newest notice, or else the measured distance
 Ctrl+Z | undo an edit. Ctrl+Y redoes it
 Ctrl+Shift+S | save a figure. Ctrl+Shift+C copies the image
 B | browse TFs

@@ -250,6 +250,13 @@ The root, as a faint haze over many values is more visible than a small differen
 LEAST_AMPLITUDE = 0.004  # opacity below which no mode is fitted: one step of an 8-bit image
 
 
+def as_curve(opacity: OpacityTF) -> OpacityTF:
+    """Return a free curve of few points through an opacity TF's samples."""
+    values = np.linspace(*opacity.scalar_range, TF_SAMPLES)
+    samples = tuple(zip(values.tolist(), opacity(values).tolist(), strict=True))
+    return fitted_curve(replace(opacity, modes=(), points=samples))
+
+
 def fitted_curve(opacity: OpacityTF) -> OpacityTF:
     """Return a free curve of few points through one of many (Ramer, Douglas, Peucker)."""
     if len(opacity.points) < 3:

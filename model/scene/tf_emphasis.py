@@ -1,4 +1,4 @@
-"""Edits of a TF that raise, lower or isolate a scalar value."""
+"""Edits of a TF that raise, lower, isolate or cut off scalar values."""
 
 import math
 from dataclasses import replace
@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from model.scene.tf_editing import as_curve
 from model.scene.transfer_function import (
     TF_SAMPLES,
     ColorTF,
@@ -124,6 +125,20 @@ def isolate_value(opacity: OpacityTF, value: float, width: float, reach: Range) 
     return replace(opacity, modes=(), points=_between(opacity, reach, width))
 
 
+def cut_to(opacity: OpacityTF, reach: Range) -> OpacityTF:
+    """Keep the opacity of values in a range, as a curve; those beyond become transparent.
+
+    The curve falls to 0 within a bin, or half of a narrower range. Beyond an end of the scalar
+    range there is nothing to cut.
+    """
+    (lo, hi), (low, high) = opacity.scalar_range, reach
+    if low <= lo and hi <= high:
+        return opacity
+    curve = opacity if opacity.points else as_curve(opacity)
+    width = min(opacity.bin_width, (high - low) / 2)
+    return replace(curve, points=_between(curve, reach, width))
+
+
 def _mode(value: float, width: float, height: float) -> GaussianMode:
     """Return a mode whose standard deviation is a width."""
     return GaussianMode(value, math.sqrt(2) * width, height)
@@ -153,16 +168,15 @@ def _between(opacity: OpacityTF, reach: Range, width: float) -> tuple[tuple[floa
     half = width / 2
     # Beyond an end of the scalar range there is nothing to cut.
     first, last = low + half if low - half > lo else lo, high - half if high + half < hi else hi
-    own = [p[0] for p in opacity.points] or np.linspace(first, last, MODES_POINTS).tolist()
-    kept = [first, *(place for place in own if first < place < last), last]
-    curve = dict(zip(kept, opacity(np.array(kept)).tolist(), strict=True))
-    for end in (low - half, high + half):
-        if lo < end < hi and end not in curve:
-            curve[end] = 0.0
+    places = np.linspace(first, last, MODES_POINTS)
+    own = opacity.points or _pairs(places, opacity(places))
+    inside = [point for point in own if first < point[0] < last]
+    ends = [(end, float(opacity(end))) for end in (first, last)]
     # The range's ends always have a point.
-    for end in (lo, hi):
-        curve.setdefault(end, 0.0)
-    return tuple(sorted(curve.items()))
+    zeros = {(end, 0.0) for end in (lo, low - half, high + half, hi) if not first <= end <= last}
+    curve = [ends[0], *inside, ends[1], *(zero for zero in zeros if lo <= zero[0] <= hi)]
+    # Points at one value, a jump, keep their order.
+    return tuple(sorted(curve, key=lambda point: point[0]))
 
 
 def _reshaped(opacity: OpacityTF, reach: Range, width: float, factor: float) -> OpacityTF:

@@ -111,7 +111,7 @@ def test_a_flag_adds_the_mode_that_was_listed_or_one_in_a_striking_colour(qtbot,
     assert not responses.peaks.intervals
     window.sensitivity_state.choose(height=height)
     (interval,) = responses.peaks.intervals
-    for background, said in (("white", "+6.9 over black"), ("black", "brighter by 6.9")):
+    for background, said in (("white", "> +.5 over black"), ("black", "brighter by > .5")):
         window.overlays.choose_background(background)
         assert window.sensitivity.findings.edit_rows[0].accessibleName().endswith(said)
     flag = window.sensitivity.responses.flags[0]

@@ -42,15 +42,17 @@ def test_what_is_painted_from_a_cache_takes_another_theme(qapp, editor):
         apply_theme(qapp, "dark")
 
 
-def test_with_ctrl_a_dragged_line_cuts_the_tf_from_before_the_drag(editor, state):
+def test_with_ctrl_a_dragged_line_makes_what_it_passes_transparent(editor, state):
     before = state.transfer_function
     assert editor.area.axis.full == (100.0, 300.0)
-    drag(editor, pixel(editor, 200.0, 0.9), pixel(editor, 120.0, 0.9), modifier=CTRL)
-    lo, hi = state.scalar_range
-    assert lo == 100.0
-    assert hi == pytest.approx(120.0, abs=0.5)
-    assert state.transfer_function == fit_to_range(before, (lo, hi))
-    assert state.edits.stack.undoText() == "range"
+    drag(editor, pixel(editor, 200.0, 0.9), pixel(editor, 140.0, 0.9), modifier=CTRL)
+    cut, values = state.transfer_function, np.linspace(*before.scalar_range, 101)
+    within, beyond = values[values < 139], values[values > 141]
+    assert before.opacity(beyond).max() > 0.01
+    assert cut.opacity([*beyond, 300.0]).max() == 0.0
+    np.testing.assert_allclose(cut.opacity(within), before.opacity(within), atol=0.02)
+    assert (cut.color, cut.scalar_range) == (before.color, before.scalar_range)
+    assert state.edits.stack.undoText() == "cut"
     state.edits.undo()
     assert state.transfer_function == before
     assert not state.edits.stack.canUndo()
@@ -61,16 +63,16 @@ def test_what_a_line_passes_over_comes_back(editor, state):
     opacity = OpacityTF((lo, hi), points=((lo, 0.0), (130.0, 0.3), (160.0, 0.1), (hi, 0.9)))
     before = replace(state.transfer_function, opacity=opacity)
     state.tf_input.set(before, "points")
-    # Within one drag, in the next one, and by the menu.
+    # Within one drag that cuts, and by the menu.
     viewport = editor.area.widget.viewport()
-    QTest.mousePress(viewport, LEFT, CTRL, pixel(editor, 200.0, 0.95))
+    QTest.mousePress(viewport, LEFT, CTRL, pixel(editor, 200.0, 0.5))
     for value in (110.0, 150.0):
-        QTest.mouseMove(viewport, pixel(editor, value, 0.95))
-    QTest.mouseRelease(viewport, LEFT, CTRL, pixel(editor, 150.0, 0.95))
-    assert state.transfer_function == fit_to_range(before, state.scalar_range)
-    end = state.scalar_range[1]
-    drag(editor, pixel(editor, end, 0.95), pixel(editor, 170.0, 0.95), modifier=CTRL)
-    assert state.transfer_function == fit_to_range(before, state.scalar_range)
+        QTest.mouseMove(viewport, pixel(editor, value, 0.5))
+    QTest.mouseRelease(viewport, LEFT, CTRL, pixel(editor, 150.0, 0.5))
+    opacities = state.transfer_function.opacity([130.0, 145.0, 160.0])
+    np.testing.assert_allclose(opacities, (0.3, 0.2, 0.0))
+    state.edits.undo()
+    editor.range.set_range((lo, 150.0))
     editor.range.set_range((lo, hi))
     assert state.transfer_function == before
     # What was edited meanwhile is not undone.
