@@ -417,5 +417,6 @@ def _add_view(widget: Any, row: int) -> Any:
 def _add_labels(widget: Any, side: Side, row: int, column: int, tip: str) -> PlotLabels:
     labels = PlotLabels(side)
     labels.setToolTip(tip)
+    labels.setZValue(-101)  # so that the lines at both ends of the plot have their tips
     widget.ci.addItem(labels, row=row, col=column)
     return labels

@@ -137,6 +137,8 @@ def test_a_dragged_line_stretches_the_tf_and_back(editor, state):
     before = state.transfer_function
     viewport = editor.area.widget.viewport()
     start, end = pixel(editor, 200.0, 0.9), pixel(editor, 150.0, 0.9)
+    under = editor.area.widget.items(pixel(editor, 100.0, 0.4))
+    assert "With Ctrl" in next(item.toolTip() for item in under if item.toolTip())
     QTest.mousePress(viewport, LEFT, pos=start)
     QTest.mouseMove(viewport, (start + end) / 2)
     QTest.mouseMove(viewport, end)

@@ -210,10 +210,13 @@ def test_two_clicks_measure_the_distance_of_what_shows_there(make_window):
     drag(canvas, QPoint(100, 100), QPoint(130, 100), QPoint(140, 100))
     assert state.view != view
     assert len(overlays.subject.line) == 2
-    # The line stays until there is another one, or Escape.
+    # The line stays until there is another one, or Escape, which removes it last.
     measure.trigger()
     QTest.keyClick(window, Qt.Key.Key_Escape)
     assert len(overlays.subject.line) == 2
+    window.crop_card.set_shown(True)
+    QTest.keyClick(window, Qt.Key.Key_Escape)
+    assert len(overlays.subject.line) == 2 and not window.crop_card.is_shown
     QTest.keyClick(window, Qt.Key.Key_Escape)
     assert overlays.subject.line == ()
 

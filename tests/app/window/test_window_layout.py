@@ -11,6 +11,7 @@ from PySide6.QtWidgets import (
     QAbstractScrollArea,
     QAbstractSpinBox,
     QApplication,
+    QGraphicsSceneHoverEvent,
     QLineEdit,
     QMenuBar,
     QWidget,
@@ -179,6 +180,11 @@ def test_keys_reach_every_area_and_the_status_line_says_those_under_the_mouse(
     assert window.status.area == "Values and edits"
     QApplication.sendEvent(window.sensitivity.findings, QEvent(QEvent.Type.Leave))
     assert window.status.keys == status_keys("Transfer function")
+    line = window.editor.range.lines[0]
+    hover = QEvent.Type.GraphicsSceneHoverEnter, QEvent.Type.GraphicsSceneHoverLeave
+    for kind, said in zip(hover, ("cut", "handle"), strict=True):
+        line.scene().sendEvent(line, QGraphicsSceneHoverEvent(kind))
+        assert said in window.status.keys
     QApplication.sendEvent(window.editor, QEvent(QEvent.Type.Leave))
     assert window.status.keys == images
     # Pictures without a map have neither zoom nor rectangle.
