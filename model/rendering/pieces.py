@@ -189,7 +189,10 @@ def _mask_of(piece: NDArray[np.bool_], edge: NDArray[np.bool_]) -> Mask:
 def _fading(
     voxels: NDArray[np.generic], band: tuple[int, int], opacity: NDArray[np.float64], volume: Volume
 ) -> NDArray[np.bool_]:
-    """Return which voxels are in a band of bins, near it, or no more opaque than its nearer end."""
+    """Return which voxels are no more opaque than the nearer end of a band of bins, or its peak.
+
+    Those are as opaque as its peak only if their values are near the band.
+    """
     if volume.file.is_labels:
         # Between labels nothing fades.
         return np.zeros(voxels.shape, dtype=bool)
@@ -197,7 +200,8 @@ def _fading(
     fades = opacity <= np.where(np.arange(len(opacity)) < first, opacity[first], opacity[last])
     # The band's own material has values beyond it, too, in which its surface would have holes.
     near = (last - first) // 2
-    fades[max(first - near, 0) : last + near + 1] = True
+    beyond = slice(max(first - near, 0), last + near + 1)
+    fades[beyond] |= opacity[beyond] <= opacity[first : last + 1].max()
     return _of_values(voxels, _runs(fades), volume)
 
 

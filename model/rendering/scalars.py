@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from model.scene.filling import fill
 from model.scene.mask import Mask, grown, masked_voxels
 from model.scene.transfer_function import Range
 from model.scene.volume import Volume
@@ -111,6 +112,16 @@ def marks_of(volume: Volume, mask: Mask | None) -> NDArray[np.uint8]:
         return np.ravel(masked) * MASKED
     # Missing voxels count as masked next to masked ones only, so that they add no mask's edge.
     return np.ravel(grown(masked & ~missing, ~missing) * MASKED | missing * MISSING)
+
+
+def masked_scalars(scalars: NDArray[Any], volume: Volume, mask: Mask | None) -> NDArray[Any]:
+    """Return scalars in which voxels that a mask hides have values like the shown ones around them.
+
+    Samples at its edge are interpolated with them, and would have values that it hides.
+    """
+    if mask is None or volume.file.is_labels:
+        return scalars
+    return fill(scalars.copy(), masked_voxels(volume, mask))
 
 
 def _clamped_far_out(volume: Volume, voxels: NDArray[Any]) -> NDArray[Any]:

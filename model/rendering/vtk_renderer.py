@@ -30,7 +30,14 @@ from model.errors import CannotDrawError, RenderError
 from model.rendering.opacity_correction import per_sample
 from model.rendering.opengl import drawing_errors, offscreen_window
 from model.rendering.raster import Raster, blur_of
-from model.rendering.scalars import LABEL_NOISE, MISSING, marks_of, noise_of, renderable_scalars
+from model.rendering.scalars import (
+    LABEL_NOISE,
+    MISSING,
+    marks_of,
+    masked_scalars,
+    noise_of,
+    renderable_scalars,
+)
 from model.scene.clip_plane import WHOLE_PART, ShownPart
 from model.scene.inputs import SceneInputs
 from model.scene.mask import Mask
@@ -81,7 +88,6 @@ class VtkRenderer:
         self._opacity = vtkPiecewiseFunction()
         self._color = vtkColorTransferFunction()
         self._mapper = vtkOpenGLGPUVolumeRayCastMapper()
-        self._mapper.SetInputData(_image_data(volume, self._scalars))
         self._mapper.AutoAdjustSampleDistancesOff()
         self._mapper.LockSampleDistanceToInputSpacingOff()
         self._mapper.UseJitteringOff()
@@ -239,6 +245,8 @@ class VtkRenderer:
     def _hide(self, mask: Mask | None) -> None:
         """Hide missing and masked voxels."""
         marks = marks_of(self._volume, mask)
+        scalars = masked_scalars(self._scalars, self._volume, mask)
+        self._mapper.SetInputData(_image_data(self._volume, scalars))
         self._mapper.SetMaskInput(_image_data(self._volume, marks) if len(marks) else None)
 
     def _clip(self, origin: NDArray[np.float64], normal: NDArray[np.float64]) -> None:

@@ -45,6 +45,7 @@ from model.rendering.scalars import (
     LABEL_NOISE,
     blurred,
     marks_of,
+    masked_scalars,
     noise_of,
     renderable_scalars,
 )
@@ -73,6 +74,7 @@ NO_CHANGES = NO_GRID._replace(grid=np.empty((0, 0), dtype=np.float32))
 class Shown(NamedTuple):
     """What depends on which voxels are shown."""
 
+    scalars: NDArray[Any]
     marks: NDArray[np.uint8]
     cells: MinMaxCells
     classifier: Classifier
@@ -93,14 +95,14 @@ class KernelVoxels:
 
         # Without `self`: a reference cycle would keep the voxels alive.
         def under(mask: Mask | None) -> Shown:
-            marks = marks_of(volume, mask)
+            marks, drawn = marks_of(volume, mask), masked_scalars(scalars, volume, mask)
             hidden = volume.hidden if mask is None else marks.reshape(scalars.shape) > 0
-            cells = MinMaxCells(scalars, bins, executor, hidden)
+            cells = MinMaxCells(drawn, bins, executor, hidden)
 
             def lit(longest: int) -> Illumination:
-                return Illumination(scalars, bins, volume, executor, longest, hidden)
+                return Illumination(drawn, bins, volume, executor, longest, hidden)
 
-            return Shown(marks, cells, Classifier(volume, cells, mask), lru_cache(lit))
+            return Shown(drawn, marks, cells, Classifier(volume, cells, mask), lru_cache(lit))
 
         self.under = lru_cache(maxsize=2)(under)
 
@@ -110,7 +112,7 @@ class KernelVoxels:
         """Return the volume for kernels: with samples' opacities, and cells that are visible."""
         shown = self.under(inputs.mask)
         return Medium(
-            self.scalars.reshape(-1),
+            shown.scalars.reshape(-1),
             self._volume.dimensions,
             self._scale,
             shown.marks,

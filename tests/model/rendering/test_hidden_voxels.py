@@ -74,7 +74,8 @@ renderers = pytest.mark.parametrize("name", ["raycast", "vtk"])
 @pytest.mark.parametrize("lighting", ["none", "direct", "soft"])
 def test_the_ray_caster_draws_what_the_reference_draws(volume, lighting):
     mask = Mask.of(np.random.default_rng(1).random(volume.voxels.shape) < 0.6)
-    expected = reference_light.picture(volume, inputs(mask), SIZE, 0.5, lighting)
+    filled = replace(volume, voxels=filling.fill(volume.voxels.copy(), ~mask.shown))
+    expected = reference_light.picture(filled, inputs(mask), SIZE, 0.5, lighting)
     found = drawn(RaycastRenderer, volume, inputs(mask), SIZE, lighting)
     np.testing.assert_allclose(found, expected, atol=6e-3)
 
@@ -111,6 +112,20 @@ def test_what_is_stored_where_nothing_was_measured_does_not_appear(name):
         )
         assert one[..., 3].max() > 0.9
         np.testing.assert_array_equal(one, other)
+
+
+@renderers
+def test_values_that_a_mask_hides_do_not_appear_at_its_edge(name):
+    one, other = (
+        drawn(
+            opened(name),
+            replace(stored(number=number), missing=None),
+            inputs(Mask.of(~BLOCK)),
+            SIZE,
+        )
+        for number in (199, 7)
+    )
+    np.testing.assert_array_equal(one, other)
 
 
 @pytest.mark.parametrize(

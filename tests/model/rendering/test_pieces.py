@@ -60,6 +60,11 @@ def test_a_piece_is_what_touches_and_a_voxel_around_it():
     gap.voxels[1, 1:9, 1:9] = 160
     piece = pieces_at(gap, replace(inputs(), opacity_tf=narrow), at(4, 4, 4))[0]
     assert piece.count == 6**3 and with_edge(piece.voxels.exact, gap, narrow) == piece.voxels
+    # What is far more opaque than the band is no edge, however near its values are.
+    gap.voxels[1, 1:9, 1:9] = 130
+    jump = OpacityTF(RANGE, points=((0, 0), (60, 0.1), (120, 0.1), (121, 0.9), (255, 0.9)))
+    pieces_ = pieces_at(gap, replace(inputs(), opacity_tf=jump), at(2, 2, 2), [(80.0, 120.0)])
+    assert pieces_[-1].values[1] < 121 and not pieces_[-1].voxels.shown[1].any()
     # Neither has what does not end where its values do.
     half = Mask.of(shell.voxels.exact.shown & (np.indices((20,) * 3)[0] < 5))
     assert with_edge(half, volume(), TWO) == half
