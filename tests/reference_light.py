@@ -7,6 +7,7 @@ to its end.
 
 import itertools
 import math
+from dataclasses import replace
 
 import numpy as np
 from scipy.interpolate import BSpline
@@ -15,6 +16,7 @@ from scipy.ndimage import convolve1d
 from model.rendering.raster import Raster
 from model.rendering.scalars import noise_of
 from model.scene.crop import CropBox
+from model.scene.filling import fill
 from model.scene.scene import LightDirection
 from tests.reference_raycaster import (
     LARGEST_OPACITY,
@@ -54,8 +56,12 @@ def picture(
     color = inputs.color_tf.sample(scalar_range).astype(np.float64)
     light = inputs.light or LightDirection()
     travel = -np.array(light.towards()) @ inputs.view.basis()
-    field = unit_field(volume)
     mask = None if inputs.mask is None else inputs.mask.shown
+    noise = 0.06 if inputs.is_nearest(volume) else NOISE * noise_of(unit_field(volume))
+    if mask is not None:
+        filled = fill(volume.voxels.copy(), ~mask)
+        volume = replace(volume, voxels=filled).over(scalar_range)
+    field = unit_field(volume)
     glow = None
     if lighting == "soft":
         glow = _soft_grid(volume, field, opacity, travel, inputs, mask)
@@ -74,7 +80,6 @@ def picture(
             rgb = rgb * _at_nodes(glow, rays.places, volume.dimensions)[..., None]
         elif lighting == "direct":
             steps = (_label_steps if is_nearest else _steps)(field, rays.places)
-            noise = 0.06 if is_nearest else NOISE * noise_of(field)
             diffuse, gloss = _reflected(volume, steps, noise, rays, travel, inputs)
             rgb = rgb * diffuse[..., None] + gloss[..., None]
         rows = slice(tile.top - raster.top, tile.bottom - raster.top)

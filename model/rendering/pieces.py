@@ -59,7 +59,8 @@ def pieces_under(
     points, adds = places_along(volume, inputs, at)
     if adds.sum() < VISIBLE:
         return ()
-    (lo, hi), values = volume.scalar_range, values_at(volume, points, inputs.is_nearest(volume))
+    lo, hi = volume.scalar_range
+    values = values_at(volume, points, inputs.is_nearest(volume), inputs.mask)
     half = (hi - lo) / LAST / 2
     for low, high in listed:
         own = np.where((values >= low - half) & (values <= high + half), adds, 0)

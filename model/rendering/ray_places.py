@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from model.rendering.opacity_correction import per_sample
 from model.scene.inputs import SceneInputs
+from model.scene.mask import Mask
 from model.scene.transfer_function import TF_SAMPLES
 from model.scene.view import Projection
 from model.scene.volume import Triple, Volume
@@ -53,7 +54,7 @@ def places_along(
     count = int(np.ceil((leave - enter) / step)) if leave > enter else 0
     along = np.minimum(enter + step * np.arange(1, count + 1), leave)
     points = start + along[:, None] * ray
-    values = values_at(volume, points, inputs.is_nearest(volume))
+    values = values_at(volume, points, inputs.is_nearest(volume), inputs.mask)
     lo, hi = volume.scalar_range
     bins = (TF_SAMPLES - 1) * np.clip((values - lo) / (hi - lo), 0, 1)
     opacities = inputs.opacity_tf.sample(volume.scalar_range)
@@ -106,9 +107,12 @@ def _valleys(weights: list[float]) -> list[int]:
 
 
 def values_at(
-    volume: Volume, points: NDArray[np.float64], is_nearest: bool = False
+    volume: Volume,
+    points: NDArray[np.float64],
+    is_nearest: bool = False,
+    mask: Mask | None = None,
 ) -> NDArray[np.float64]:
-    """Return the scalar values (n,) at points (n, 3) of a volume, NaN outside."""
+    """Return the scalar values (n,) at points (n, 3) of what a volume shows, NaN elsewhere."""
     hidden = volume.hidden
     ((nearest, _),) = _corners(volume, points, True)
     missing = np.zeros(len(points), bool) if hidden is None else hidden[tuple(nearest.T[::-1])]
@@ -117,6 +121,8 @@ def values_at(
         at = tuple(corner.T[::-1])
         if hidden is not None:
             weight = np.where(hidden[at], 0.0, weight)
+        if mask is not None:
+            weight = weight * mask.shows(*corner.T)
         total += np.where(weight > 0, weight * volume.shown[at].astype(np.float64), 0.0)
         weights += weight
     known = ~missing & (weights > 0)
