@@ -50,7 +50,8 @@ class OpenModel:
         # Whether one path-traced sample, denoised, replaces the model's image because the model
         # knows another light; or will, once the path tracer's kernels are compiled.
         self.draws_path = self.awaits_path = False
-        # Whether its image was asked for; False where path-traced light hid it; None if neither.
+        # Whether its image is next to the reference: at first in all but path-traced light, then
+        # as the user chooses. None until a model of the open volume and its light are known.
         self.shows_image: bool | None = None
         self._path_scene: tuple[Volume, ReferenceSettings] | None = None
         self._promised: Scene | None = None
@@ -78,11 +79,6 @@ class OpenModel:
                 "truth has many samples."
             )
         return "" if self.folder is None or self.awaits_path else recorded_errors(self.folder)
-
-    @property
-    def is_shown(self) -> bool:
-        """Whether its image is next to the reference."""
-        return not self.draws_path if self.shows_image is None else self.shows_image
 
     def is_unusual(self, error: float) -> bool:
         """Whether an image's error is far above those of the model's test images."""
@@ -117,8 +113,8 @@ class OpenModel:
         """Show one denoised sample where the reference is path traced."""
         wanted, has_waited = self._path_of(settings), self.awaits_path
         self.awaits_path = wanted is None and self._path_of(coming) is not None
-        if self.shows_image is None and self.awaits_path and self._is_held:
-            self.shows_image = False
+        if self.shows_image is None and self.volume_scene is not None:
+            self.shows_image = wanted is None and not self.awaits_path
         if wanted != self._path_scene:
             self._path_scene, self.draws_path = wanted, wanted is not None
             if not self._is_held:

@@ -295,7 +295,7 @@ class MainWindow(WindowParts):
     def _show_model(self) -> None:
         """Make room for the generator's image, or give its room to the reference."""
         model = self.workspace.model
-        self.panes.is_enough = not model.is_shown
+        self.panes.is_enough = model.shows_image is False
         is_absent = model.folder is None or model.awaits_path or model.is_foreign
         self.panes.has_model = not is_absent
         self.generator.set_drawer(model.drawer, model.errors)
