@@ -69,6 +69,7 @@ class FidelityLine(QLabel):
             (pane.statusShown, self._show),
             (pane.client.stateChanged, self._follow),
             (state.inputsChangeFinished, self._show),
+            (work.choicesChanged, self._show),
         ):
             signal.connect(slot)
 
@@ -96,7 +97,7 @@ class FidelityLine(QLabel):
         self.setToolTip(wrapped(lines))
         self._place()
         self.setVisible(bool(text))
-        moving = self._errors.moving
+        moving = self._errors.moving(STOPS[self._work.choices.stop])
         self.judged.emit("" if moving is None else figures_text(*moving))
 
     def _place(self) -> None:

@@ -15,7 +15,6 @@ from model.rendering.raster import Raster
 from model.scene.inputs import SceneInputs
 
 MOST_OWN_ERROR = 0.5  # of an image at rest, by the error that is measured against it
-MOST_SECONDS = 1.0  # of a first image; a slower one includes compiling
 LEAST_SHOWN = 1e-4  # error below which the estimate is noise
 
 LET_GO = "The image is coarser while something moves."
@@ -78,10 +77,12 @@ class ImageErrors:
         self._moved: tuple[Request, Image] | None = None
         self._error: float | None = None
 
-    @property
-    def moving(self) -> tuple[float, float | None] | None:
-        """Seconds and error of the last moving image; None if there is none."""
-        return None if self._moved is None else (self._moved[1].seconds, self._error)
+    def moving(self, stop: Exactness) -> tuple[float, float | None] | None:
+        """Seconds and error of the last moving image; None if none was drawn at this stop."""
+        request, image = self._moved or (None, None)
+        if image is None or not isinstance(request, ImageRequest) or request.stop != stop:
+            return None
+        return image.seconds, self._error
 
     def forget(self) -> None:
         """Forget all: another volume, light or renderer is drawn."""
@@ -91,11 +92,10 @@ class ImageErrors:
         """Note a shown image; if it is at rest, measure the moving one before it."""
         request, image = result.request, result.image
         assert image is not None
-        # Kernels may have been compiled meanwhile.
-        is_first = self._last is None and image.seconds > MOST_SECONDS
         self._last, moved = (request, image), self._moved
         if request.quality.live:
-            if moves or not is_first:
+            # The first image of one at rest is coarser, or waits for kernels.
+            if moves:
                 self._moved = request, image
                 self._error = 0.0 if _is_full(image, whole) else None
         elif moved is None or self._error == 0 or not _are_alike(moved[0], request):

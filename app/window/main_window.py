@@ -302,7 +302,8 @@ class MainWindow(WindowParts):
         self.generator.set_light(LIGHTS[model.lighting])
         self.brightness.set_lighting("learned", model.lighting)
         self.browser.bar.more.setVisible(self.workspace.latent.session.model is not None)
-        self.image_error.forget(self.generator)
+        if not self.generator.client.is_ready:
+            self.image_error.forget(self.generator)
 
     def _note_reading(self, name: str) -> None:
         self.files.note_reading(name)

@@ -204,10 +204,12 @@ class ImageError(QObject):
             return FOLLOWS
         (inputs, drawn, _), (others, truth, _) = map(self._shown.__getitem__, pair)
         is_old = any(self._shown[pane][2] != self._settings_of(pane) for pane in pair)
-        is_coarse = any(pane.canvas.progress is not None for pane in pair)
-        if is_b and (is_coarse or not are_alike(drawn.shape, truth.shape)):
-            # A finer image follows, or one of them is of the pane's size before.
-            is_old = True
+        if is_b:
+            # A finer image follows.
+            is_old |= any(pane.canvas.progress is not None for pane in pair)
+        if is_b or self._workspace.model.draws_path:
+            # One of them may be of the pane's size before.
+            is_old |= not are_alike(drawn.shape, truth.shape)
         if is_old or (inputs, others) != wanted:
             return FOLLOWS
         found = Comparison(drawn, truth, is_b)

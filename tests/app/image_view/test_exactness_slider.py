@@ -14,6 +14,7 @@ from app.engines.pace import SCALES
 from app.engines.requests import TradeOffRequest
 from app.image_view.exactness_slider import WAITING, FidelityLine
 from app.image_view.reference_controls import DIAMETER, REACH, BrightnessSlider, LightBall, light_at
+from app.state.reference_choices import ReferenceChoices
 from app.state.viewer_state import ViewerState
 from model.rendering.brightness import LIT_BRIGHTNESS
 from model.rendering.raster import Raster
@@ -35,6 +36,8 @@ def test_a_stop_is_chosen_kept_and_drawn_with_its_figures(qtbot, make_window):
     assert work.choices.stop == window.preferences.settings.stop == "exact"
     assert work.settings.sample_distance == 0.25
     assert control.slider.accessibleName() == "From fast to exact: Exact"
+    act_until(qtbot, window.reference.resultShown, window.state.move_view, View(40, 20))
+    window.state.finish_view()
     qtbot.waitUntil(lambda: "error" in control.figures.text())
     rate, *words, error = control.figures.text().replace(",", "").split()
     assert float(rate) > 0 and words == ["/", "s", "error"]
@@ -50,6 +53,7 @@ def test_it_is_there_for_what_is_not_exact_alone(qtbot, pane):
     pane.resize(700, 500)
     pane.show()
     work = SimpleNamespace(raster=Raster(8, 8), settings=None, wanted=None)
+    work.choices, work.choicesChanged = ReferenceChoices(), pane.statusShown
     line = FidelityLine(pane, ViewerState(pane), work)
     engine = FakeEngine()
     pane.client.start(lambda: engine, "Loading …")

@@ -7,7 +7,7 @@ import pytest
 from ramp import make_tf
 from window_fakes import make_request
 
-from app.engines.exactness import distance
+from app.engines.exactness import STOPS, USUAL, distance
 from app.engines.messages import Result
 from app.engines.requests import Image, ImageRequest, Quality
 from app.state.image_errors import ImageErrors
@@ -144,11 +144,11 @@ def test_a_path_traced_image_has_its_estimated_error():
 
 def test_time_and_error_of_the_last_moving_image_are_measured():
     errors = ImageErrors()
-    # Kernels are compiled before the first one.
-    errors.note(result(0.4, LIVE, seconds=30.0, rgba=COARSE), WHOLE)
-    assert errors.moving is None
+    # The first one of an image at rest is none of them.
     errors.note(moving(0.4), WHOLE)
-    assert errors.moving == (0.1, None)
+    assert errors.moving(STOPS[USUAL]) is None
+    errors.note(moving(0.4), WHOLE, True)
+    assert errors.moving(STOPS[USUAL]) == (0.1, None)
     # Neither an image of another view measures it, nor a preview, nor one that lacks pixels.
     turned = replace(INPUTS, view=View(80.0))
     errors.note(result(0.0, inputs=turned), WHOLE)
@@ -156,8 +156,10 @@ def test_time_and_error_of_the_last_moving_image_are_measured():
     errors.note(result(0.0, rgba=COARSE), WHOLE)
     # Nor one of a wider pane, which shows more beside it.
     errors.note(result(0.0, Quality(48, raster=Raster(96, 48))), WHOLE)
-    assert errors.moving == (0.1, None)
+    assert errors.moving(STOPS[USUAL]) == (0.1, None)
     errors.note(result(0.5), WHOLE)
-    assert errors.moving == (0.1, pytest.approx(0.1))
+    assert errors.moving(STOPS[USUAL]) == (0.1, pytest.approx(0.1))
+    # They are no other stop's.
+    assert errors.moving(STOPS["fast"]) is None
     errors.forget()
-    assert errors.moving is None
+    assert errors.moving(STOPS[USUAL]) is None
