@@ -40,6 +40,7 @@ from model.sensitivity.display import LEAST_DIFFERENCE, Shown, color_bar, overla
 PRINTED, PAGE = 8 / 72, 180 / 25.4  # height of a figure's text and width of a page, in inches
 MOST_TEXT = 1 / 26  # of an image's shorter side: larger text would cover what it shows
 BESIDE, BETWEEN = 9.0, 3.6  # width of a legend to the right of images, and of a second TF, in texts
+BELOW = 5.4  # height of a difference's colours below images, in texts
 LEAST_TEXT = 8  # pixels
 LEAST_SIDE = 120  # in pixels: a smaller image has no marks
 
@@ -106,8 +107,7 @@ class Marks:
             return
         text, rect = self._text, self._rect
         length = bar.share * min(rect.width(), rect.height())
-        left, bottom = rect.left() + 1.2 * text, rect.bottom() - 1.2 * text
-        end = 0.35 * text
+        left, bottom, end = rect.left() + 1.2 * text, rect.bottom() - 1.2 * text, 0.35 * text
         path = QPainterPath(QPointF(left, bottom - end))
         for x, y in ((left, bottom), (left + length, bottom), (left + length, bottom - end)):
             path.lineTo(x, y)
@@ -160,8 +160,7 @@ class Marks:
         length = LENGTH * min(rect.width(), rect.height())
         marks = ticks(tf.scalar_range, max(min(int(length / (2.2 * text)), 6), 1), tf.scale)
         widest = max((self._width_of(label) for _, label in marks), default=0.0)
-        margin, gap = 1.2 * text, 0.4 * text
-        strip, curve = 0.8 * text, 1.8 * text
+        margin, gap, strip, curve = 1.2 * text, 0.4 * text, 0.8 * text, 1.8 * text
         left = rect.right() - margin - widest - 2 * gap - strip
         bar = QRectF(left, rect.bottom() - margin - text / 2 - length, strip, length)
         peaks: list[str] = []
@@ -189,10 +188,9 @@ class Marks:
     def _paint_colors(self, bar: QRectF, profile: QRectF, tf: TransferFunction) -> None:
         """Paint the strip of colours and the curve of opacities, the highest value at the top."""
         # One row per value, from the top.
-        colors = tf.color.sample(count=SAMPLES)[::-1]
+        colors, opacities = (each.sample(count=SAMPLES)[::-1] for each in (tf.color, tf.opacity))
         self._frame(bar)
         self._painter.drawImage(bar, to_qimage(colors[:, None]))
-        opacities = tf.opacity.sample(count=SAMPLES)[::-1]
         peak = float(opacities.max())
         if peak <= 0:
             return
@@ -200,8 +198,7 @@ class Marks:
         edge = profile.right() - opacities / peak * profile.width()
         points = [QPointF(float(x), float(y)) for x, y in zip(edge, heights, strict=True)]
         curve = QPainterPath()
-        corners = [QPointF(profile.right(), profile.top()), *points]
-        curve.addPolygon(QPolygonF([*corners, QPointF(profile.right(), profile.bottom())]))
+        curve.addPolygon(QPolygonF([profile.topRight(), *points, profile.bottomRight()]))
         curve.closeSubpath()
         gradient = QLinearGradient(profile.topLeft(), profile.bottomLeft())
         for index in range(0, SAMPLES, 5):
@@ -310,7 +307,7 @@ class Subject:
 
 
 def panels(choice: FigureChoice) -> list[QRect]:
-    """Return where the images of a figure are, side by side and left of its legend."""
+    """Return where a figure's images are: side by side, left of the legend, above other colours."""
     gaps = 0 if choice.which == "wiped" else len(choice.names) - 1
     gap = max(round(GAP * choice.width), 1)
     own = choice.text * (BESIDE + BETWEEN * ({"reference", "b"} <= {*choice.names}))
@@ -318,7 +315,8 @@ def panels(choice: FigureChoice) -> list[QRect]:
     whole = choice.width - round(own) * has_legend
     width = (whole - gaps * gap) // (gaps + 1)
     lefts = [number * (whole - width) // max(gaps, 1) for number in range(gaps + 1)]
-    return [QRect(left, 0, width, choice.height) for left in lefts]
+    below = round(BELOW * choice.text) if choice.is_beside and "difference" in choice.names else 0
+    return [QRect(left, 0, width, choice.height - below) for left in lefts]
 
 
 def figure(
@@ -376,12 +374,15 @@ def figure(
             marks.caption(titles[name])
         if choice.which == "wiped":
             marks.caption(titles["b"], subject.wipe)
+        colors = marks
+        if choice.is_beside:
+            area = QRect(0, 0, choice.width, choice.height)
+            area.setRight(place.right() if name == "difference" else area.right())
+            colors = Marks(painter, area, choice.text, choice.background)
         if name == "difference" and compared is not None:
-            marks.difference_bar(compared, background)
+            colors.difference_bar(compared, background)
         elif choice.legend and name in last:
-            area = QRect(0, 0, choice.width, choice.height) if choice.is_beside else rect
-            over = Marks(painter, area, choice.text, choice.background)
-            over.legend(legend_of(*tfs), subject.units)
+            colors.legend(legend_of(*tfs), subject.units)
         if choice.scale_bar and name == names[0] and subject.scale is not None:
             marks.scale_bar(subject.scale.bar(subject.view or inputs.view, inputs.part))
         marks.line(subject, inputs.view)

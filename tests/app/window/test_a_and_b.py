@@ -454,6 +454,9 @@ def test_figures_have_both_with_one_legend(qtbot, window, builders, tmp_path, mo
     assert 700 < ends[-1] < 800 and panels(choice)[0].width() == panels(choice)[2].width()
     _a, b, _difference, legend = np.split(np.ptp(_pixels(saved), axis=2), ends, axis=1)
     assert b.max() < 10 and legend.max() > 60
+    # So do the colours of the difference, below them.
+    below = np.split(_pixels(saved)[panels(choice)[0].bottom() + 1 :], ends, axis=1)
+    assert below[0].max() == below[1].max() == 0 and np.ptp(below[2], axis=2).max() > 60
     # In the brightness of the light.
     a, b = (saved.pixelColor(x, 150).red() for x in (100, 380))
     assert 100 <= a < a + 50 < b
