@@ -136,14 +136,12 @@ class ViewNavigation(QObject):
         """Switch to parallel rays, or to perspective; the volume's middle keeps its size."""
         self.set_view(replace(self.view, is_orthographic=on))
 
-    def view_whole(self) -> None:
-        """Move the camera to where the whole volume just fits the image, in its middle."""
-        fitting = orientation.fit_distance(self.proportions, self.view, reach=self._reach)
-        distance = min(fitting, orientation.FARTHEST_HOME)
-        view = replace(self.view, distance=distance, pan_x=0.0, pan_y=0.0)
-        if self._reach != SQUARE:
-            view = orientation.panned_to(view, self.proportions)
-        self.set_view(view)
+    def view_whole(self, points: NDArray[np.float64] = orientation.WHOLE) -> None:
+        """Move the camera to where the volume, or points of it, just fit into the image."""
+        far = replace(self.view, distance=orientation.FARTHEST_HOME)
+        view = orientation.centred(far, self.proportions, points, self._reach)
+        is_panned = self._reach != SQUARE
+        self.set_view(view if is_panned else replace(view, pan_x=0.0, pan_y=0.0))
 
     def look_from(self, name: str) -> None:
         """Look from one of :data:`~model.scene.orientation.STANDARD_VIEWS`; keep the distance."""

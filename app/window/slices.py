@@ -18,6 +18,8 @@ from app.tf_editor.plot_area import PlotArea
 from app.window.cards import CropCard
 from app.window.context import Context
 from model.rendering.ray_places import ray_places
+from model.scene.crop import CropBox
+from model.scene.orientation import corners
 from model.scene.slices import MIDDLE, SliceColors, gray_window, usual_window, voxel_of
 from model.scene.tf_perturbation import band_of_edit
 from model.scene.transfer_function import Range
@@ -70,12 +72,15 @@ class Slices(QObject):
             self._set_shown(not self.is_shown)
 
     def fit(self) -> None:
-        """Show the whole slice under the mouse, or without one the whole volume."""
+        """Show the whole slice under the mouse, or without one all that is not hidden."""
         under = [view for view in cast(list[SliceView], self.areas) if view.underMouse()]
         for view in under:
             view.fit()
         if not under:
-            self._context.state.view_whole()
+            inputs = self._context.state.inputs
+            box = inputs.crop or CropBox()
+            shown = corners(box if inputs.mask is None else inputs.mask.within(box))
+            self._context.state.view_whole(shown)
 
     def take_piece(self, alone: bool) -> None:
         """Show a piece alone, or cut it away: under the mouse in a slice, or at the cross-hair."""

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.errors import TfscopeError
+from model.scene.crop import CropBox
 from model.scene.volume import Volume
 
 
@@ -62,6 +63,18 @@ class Mask:
         packed = np.frombuffer(self.bits, dtype=np.uint8)
         bits = np.unpackbits(packed, count=math.prod(self.shape))
         return bits.view(np.bool_).reshape(self.shape)
+
+    def within(self, box: CropBox) -> CropBox:
+        """Return the part of a box that holds the shown voxels; all of it if none is in it."""
+        low, high = list(box.low), list(box.high)
+        for axis, count in enumerate(self.shape[::-1]):
+            others = tuple(n for n in range(3) if n != 2 - axis)
+            places = np.flatnonzero(self.shown.any(axis=others)) / max(count - 1, 1)
+            low[axis], high[axis] = max(low[axis], places[0]), min(high[axis], places[-1])
+        try:
+            return CropBox((low[0], low[1], low[2]), (high[0], high[1], high[2]))
+        except TfscopeError:
+            return box
 
     def shows(
         self, x: NDArray[np.integer], y: NDArray[np.integer], z: NDArray[np.integer]

@@ -17,9 +17,11 @@ from app.window.figure import FigureChoice
 from app.window.volume_dialogs import LabelsDialog
 from model.errors import TfscopeError
 from model.rendering.scale_bar import volume_text
+from model.scene.crop import CropBox
 from model.scene.mask import Mask
+from model.scene.orientation import corners
 from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF, TransferFunction
-from model.scene.view import View
+from model.scene.view import Projection, View
 from model.scene.volume import FileFacts, Volume
 from model.volume_files.masks import read_mask, write_mask
 
@@ -137,6 +139,11 @@ def test_a_piece_is_shown_alone_or_cut_away_and_each_is_one_edit(qtbot, window):
     assert shown(window) is None and undo.stack.undoText() == "show all voxels"
     undo.undo()
     assert is_left(shown(window))
+    # It is what fits, with its edge.
+    window.slices.fit()
+    box = corners(CropBox((0, 2 / 11, 2 / 11), (5 / 11, 9 / 11, 9 / 11)))
+    places = Projection(window.state.view, window.state.proportions).places(box)
+    assert places.min(axis=0) == pytest.approx(-places.max(axis=0))
 
 
 def test_the_values_that_are_listed_at_a_place_have_their_piece(qtbot, window, builders):
