@@ -85,7 +85,7 @@ def ray_places(
         if part.sum() >= FAINTEST * whole:
             # Rounding may take them out of the volume.
             x, y, z = points[first + int(np.argmax(part))].clip(0, 1).tolist()
-            found.append(((x, y, z), float(part.sum())))
+            found.append(((x, y, z), float(part.sum()) / whole))
     return found
 
 

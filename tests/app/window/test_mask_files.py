@@ -98,6 +98,13 @@ def test_a_piece_is_shown_alone_or_cut_away_and_each_is_one_edit(qtbot, window):
     qtbot.waitUntil(lambda: "masked" in window.reference.caption.detail)
     undo = window.state.edits
     assert undo.stack.undoText() == "isolate connected voxels"
+    # It is what fits, with its edge.
+    window.state.set_reach((1.2, 1.0))
+    window.slices.fit()
+    box = corners(CropBox((0, 2 / 11, 2 / 11), (5 / 11, 9 / 11, 9 / 11)))
+    places = Projection(window.state.view, window.state.proportions).places(box)
+    assert places.min(axis=0) == pytest.approx(-places.max(axis=0))
+    window.state.set_view(View(0.0, 0.0))
     undo.undo()
     assert shown(window) is None
     # By keys where the image has the focus, and by Tab from there to the links.
@@ -139,11 +146,6 @@ def test_a_piece_is_shown_alone_or_cut_away_and_each_is_one_edit(qtbot, window):
     assert shown(window) is None and undo.stack.undoText() == "show all voxels"
     undo.undo()
     assert is_left(shown(window))
-    # It is what fits, with its edge.
-    window.slices.fit()
-    box = corners(CropBox((0, 2 / 11, 2 / 11), (5 / 11, 9 / 11, 9 / 11)))
-    places = Projection(window.state.view, window.state.proportions).places(box)
-    assert places.min(axis=0) == pytest.approx(-places.max(axis=0))
 
 
 def test_the_values_that_are_listed_at_a_place_have_their_piece(qtbot, window, builders):
