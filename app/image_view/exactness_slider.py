@@ -140,22 +140,25 @@ class TradeOffPlot(pg.PlotWidget):  # type: ignore[misc]
         places = {image: (math.log10(image.seconds), image.error) for image in found}
         at = np.reshape([*places.values()] or [(0.0, 1.0)], (-1, 2))
         (first, top), (last, _) = at[0], at[-1]
-        times = [(places[image][0], f"{float(f'{1e3 * image.seconds:.2g}'):g}") for image in stops]
         errors = [(0.0, "0"), (top, error_text(top))]
-        for side, marks in (("bottom", times), ("left", errors)):
-            axis = self.getAxis(side)
-            axis.setTicks([marks if found else []])
-            axis.setTextPen(theme.DIM)
         self.setXRange(first, last, padding=0.1)
         self.setYRange(0, 1.5 * top)
         self.plot(at[: len(found)], pen=theme.DIM, symbol="o", symbolSize=4, symbolBrush=theme.DIM)
+        times: list[tuple[float, str]] = []
         for image, names in stops.items():
             color = theme.CHANGE if chosen in names else theme.TEXT
             self.plot(np.array([places[image]]), symbol="o", symbolSize=9, symbolBrush=color)
+            # Stops that are nearly as fast have their names above each other, and one time.
+            near = sum(abs(places[image][0] - other) < (last - first) / 6 for other, _ in times)
+            time = "" if near else f"{float(f'{1e3 * image.seconds:.2g}'):g}"
+            times.append((places[image][0], time))
             part = (places[image][0] - first) / max(last - first, 1e-9)
-            text = pg.TextItem(", ".join(names), color, anchor=(part, 1.3))
+            text = pg.TextItem(", ".join(names), color, anchor=(part, 1.3 + 0.8 * near))
             text.setPos(*places[image])
             self.addItem(text)
+        for side, marks in (("bottom", times), ("left", errors if found else [])):
+            self.getAxis(side).setTicks([marks])
+            self.getAxis(side).setTextPen(theme.DIM)
 
 
 class TradeOffPopover(QFrame):

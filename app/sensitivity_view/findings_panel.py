@@ -93,12 +93,12 @@ class PanelRow(QWidget):
     @property
     def is_lit(self) -> bool:
         """Whether its buttons are drawn."""
-        pointed = [row for row in self.siblings if row._is_pointed_at]
+        pointed = [
+            row
+            for row in self.siblings
+            if row.underMouse() or any(button.hasFocus() for button in row.buttons)
+        ]
         return self in (pointed or self.siblings[:1])
-
-    @property
-    def _is_pointed_at(self) -> bool:
-        return self.underMouse() or any(button.hasFocus() for button in self.buttons)
 
     def show_row(self, row: Row | None, is_fresh: bool) -> None:
         """Show a row, dim if it is not fresh; or none."""
