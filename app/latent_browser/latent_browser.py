@@ -348,7 +348,8 @@ class LatentBrowser(QWidget):
             taken = replace(self._state.transfer_function, opacity=fitted)
             self._state.tf_input.exchange(taken, text)
             if exposure is not None:
-                self._brightness.expose(exposure)
+                usual = self._brightness.usual["exact"]
+                self._brightness.set(None if exposure == 1 else exposure * usual)
 
     def _show_grid(self, picture: GridPicture | None) -> None:
         self.grid.show_grid(picture)

@@ -185,7 +185,9 @@ class BandLayer:
             width = self._asked.choices.width
             share = self._visible.share_of(band.values, self._state.scalar_range, width)
             text = self._state.range_text(drawn if band.low == band.high else band.values)
-            text += "" if share is None else f": {_percent(share)} of what is visible"
+            if share is not None:
+                percent = "under 1" if 0.0005 <= share < 0.005 else f"{100 * share:.0f}"
+                text += f": {percent} % of what is visible"
         color = theme.CHANGE if asks_edit else theme.VISIBLE
         self.tag.show_band(text, color, band.kept and not self._asked.dragging)
         plot, width = self._area.rect, self.tag.width()
@@ -201,8 +203,3 @@ class BandLayer:
         lowest = plot.bottom() + 1 - size.height()
         heights = range(plot.top(), max(lowest, plot.top()) + 1, 4)
         return round(freest([(left, y) for y in heights], size, taken)[1])
-
-
-def _percent(share: float) -> str:
-    """Whole percent; a small share is not rounded to 0."""
-    return "under 1 %" if 0.0005 <= share < 0.005 else f"{100 * share:.0f} %"

@@ -227,10 +227,6 @@ class Brightness(EditedInput[float | None]):
         """Choose a brightness; None for the usual. Choices in quick succession are one edit."""
         super().set(value, text, merge_key or "brightness")
 
-    def expose(self, factor: float) -> None:
-        """Show images this much brighter than usual; 1 for the usual brightness."""
-        self.set(None if factor == 1 else factor * self.usual["exact"])
-
     def set_lighting(self, engine: Lit, lighting: Lighting) -> None:
         """Follow the light of an engine's images: of the reference, of the model, or of B."""
         usual = usual_brightness(lighting)

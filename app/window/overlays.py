@@ -204,9 +204,8 @@ class ImageError(QObject):
             return FOLLOWS
         (inputs, drawn, _), (others, truth, _) = map(self._shown.__getitem__, pair)
         is_old = any(self._shown[pane][2] != self._settings_of(pane) for pane in pair)
-        if is_b:
-            # A finer image follows.
-            is_old |= any(pane.canvas.progress is not None for pane in pair)
+        # A finer image follows.
+        is_old |= is_b and any(pane.canvas.progress is not None for pane in pair)
         if is_b or self._workspace.model.draws_path:
             # One of them may be of the pane's size before.
             is_old |= not are_alike(drawn.shape, truth.shape)
