@@ -339,7 +339,7 @@ class OpacityInset(QObject):
         """Rectangle of the image in the canvas; empty without an image."""
         if self.picture is None:
             return QRectF()
-        whole = self._pane.canvas.picture_rect
+        whole = self._pane.canvas.picture_rect & self._pane.canvas.rect()
         width = SHARE * whole.width()
         height = width * self.picture.height() / self.picture.width()
         share, least = SCALE_BAR

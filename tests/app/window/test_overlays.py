@@ -45,6 +45,10 @@ def test_opacity_images_lie_in_the_corner(make_window):
     opacity.trigger()
     assert generator.picture is None
     assert window.generator.canvas.grab().toImage().pixelColor(*corner).lightness() < 100
+    opacity.trigger()
+    # Of an image as wide as the window was, too, it is all in the pane.
+    window.generator.canvas.replace_image(window.generator._picture(rgba.repeat(9, axis=1)))
+    assert window.generator.canvas.rect().contains(generator.box.toRect())
 
 
 def test_a_background_lies_behind_the_images_and_behind_a_figure(make_window):
