@@ -190,7 +190,7 @@ class TradeOff(QObject):
         stops: dict[TradeOffPoint, list[Stop]] = {}
         for name, stop in STOPS.items():
             fast = [each for each in self.found if each.seconds <= stop.live_seconds]
-            for image in fast[-1:] or self.found[:1]:
+            for image in fast[-1:] or sorted(self.found, key=lambda one: one.seconds)[:1]:
                 stops.setdefault(image, []).append(name)
         return stops
 

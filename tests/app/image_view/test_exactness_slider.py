@@ -120,6 +120,9 @@ def test_all_stops_are_measured_while_it_is_open(qtbot, make_window, builders):
     assert marked["fast"].y() == pytest.approx(trade_off.found[1].error)
     trade_off.found = slow = trade_off.found[0], replace(trade_off.found[1], seconds=0.2)
     assert trade_off.stops == {slow[0]: ["fast", "balanced"], slow[1]: ["exact"]}
+    # A disturbed measurement of few pixels is no stop's.
+    trade_off.found = replace(slow[0], seconds=0.3), slow[1]
+    assert trade_off.stops == {slow[1]: ["fast", "balanced", "exact"]}
     # An edit ends it, and rest begins it anew while it is open.
     window.state.move_view(View(40, 20))
     assert trade_off.found == () and not trade_off.begun
