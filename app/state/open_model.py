@@ -35,7 +35,7 @@ of TF that the model draws worst."""
 
 LOADING = "Loading the model …"
 
-PATH_DRAWER = "path traced, 1 sample, denoised"
+PATH_DRAWER = "path traced, 1 sample"
 
 
 class OpenModel:
@@ -50,8 +50,7 @@ class OpenModel:
         # Whether one path-traced sample, denoised, replaces the model's image because the model
         # knows another light; or will, once the path tracer's kernels are compiled.
         self.draws_path = self.awaits_path = False
-        # Whether its image is next to the reference: at first in all but path-traced light, then
-        # as the user chooses. None until a model of the open volume and its light are known.
+        # Whether its image is shown: at first unless path-traced, then as chosen; None before both.
         self.shows_image: bool | None = None
         self._path_scene: tuple[Volume, ReferenceSettings] | None = None
         self._promised: Scene | None = None
@@ -74,9 +73,8 @@ class OpenModel:
         """The model's errors from its card; empty if unknown."""
         if self.draws_path:
             return (
-                "This volume's model was trained in another light. This image has one path-traced "
-                "sample per pixel; a network that serves all volumes removes its noise. The ground "
-                "truth has many samples."
+                "The model was trained in another light. This image has one path-traced sample per "
+                "pixel, denoised by a network that serves all volumes."
             )
         return "" if self.folder is None or self.awaits_path else recorded_errors(self.folder)
 

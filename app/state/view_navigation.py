@@ -140,8 +140,7 @@ class ViewNavigation(QObject):
         """Move the camera to where the volume, or points of it, just fit into the image."""
         far = replace(self.view, distance=orientation.FARTHEST_HOME)
         view = orientation.centred(far, self.proportions, points, self._reach)
-        is_panned = self._reach != SQUARE
-        self.set_view(view if is_panned else replace(view, pan_x=0.0, pan_y=0.0))
+        self.set_view(replace(view, pan_x=0.0, pan_y=0.0) if self._reach == SQUARE else view)
 
     def look_from(self, name: str) -> None:
         """Look from one of :data:`~model.scene.orientation.STANDARD_VIEWS`; keep the distance."""

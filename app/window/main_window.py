@@ -298,6 +298,7 @@ class MainWindow(WindowParts):
         self.panes.is_enough = model.shows_image is False
         is_absent = model.folder is None or model.awaits_path or model.is_foreign
         self.panes.has_model = not is_absent
+        self.generator.title = "Denoised sample" if model.draws_path else "Generator"
         self.generator.set_drawer(model.drawer, model.errors)
         self.generator.set_light(LIGHTS[model.lighting])
         self.brightness.set_lighting("learned", model.lighting)

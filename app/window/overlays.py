@@ -163,7 +163,7 @@ class ImageError(QObject):
         self._generator, self._reference, self._pane_b = context.panes
         self._state, self._workspace = context.state, context.workspace
         self._context = context
-        self._shown: dict[EnginePane, tuple[SceneInputs, Image, ReferenceSettings]] = {}
+        self._shown: dict[EnginePane, tuple[SceneInputs, Image, ReferenceSettings | None]] = {}
         self._compared: Comparison | None = None
         for pane in context.panes:
             pane.imageShown.connect(partial(self._take, pane))
@@ -220,8 +220,11 @@ class ImageError(QObject):
         if not self._state.live and pane in (self.pane, self._reference):
             self.compare()
 
-    def _settings_of(self, pane: EnginePane) -> ReferenceSettings:
+    def _settings_of(self, pane: EnginePane) -> ReferenceSettings | None:
+        """What an image depends on besides its inputs: a model's on nothing."""
         work = self._workspace.reference
+        if pane is self._generator and not self._workspace.model.draws_path:
+            return None
         return work.settings_b if pane is self._pane_b else work.settings
 
     def compare(self) -> None:
@@ -233,12 +236,11 @@ class ImageError(QObject):
             self._clear(compared)
             return
         error = compared.error
-        lighting = self._workspace.reference.settings.lighting
         said, tip, is_unusual = f"error {error:.3f}".replace(" 0.", " ."), TIP, False
         if compared.is_of_b:
             said = "same as A" if error < SHOWN else said.replace("error", "differs from A by")
             tip = TIP_B
-        elif lighting == "path" and not error:
+        elif not error and self._workspace.reference.settings.lighting == "path":
             # With one sample, the ground truth is the generator's own picture.
             said = ""
         elif self._workspace.model.is_unusual(error):

@@ -1,6 +1,7 @@
 """Exact derivatives against the complex-step derivative of the 64-bit reference: one table."""
 
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 import pytest
@@ -273,11 +274,7 @@ def renderers(volume):
             for lighting in ("none", "direct", "soft")
             for others in ({"interpolates": False}, {"mask": MASK}, {"blur": BLUR})
         ),
-        *(
-            ("none", step, tf, {"mask": MASK})
-            for step in (0.5, 2.0)
-            for tf in ("nothing", "opaque")
-        ),
+        *(("none", *each, {"mask": MASK}) for each in product((0.5, 2.0), ("nothing", "opaque"))),
     ],
 )
 def test_derivatives_are_those_of_exact_images(
