@@ -91,14 +91,14 @@ class HistogramLayer:
         self.curve.brush = QBrush(QColor(theme.VOXELS))
 
     def text_at(self, value: float, scale: ValueScale) -> str:
-        """Return the number of voxels in the bin of a value, in words; empty outside all bins."""
+        """Return the drawn number of voxels in a value's bin, in words; empty outside all bins."""
         index = int(np.searchsorted(self.edges, value, side="right")) - 1
         if not 0 <= index < len(self.counts):
             return ""
-        low, high = values_at(self.edges[index : index + 2], scale)
-        count = int(self.counts[index])
-        voxels = "voxel" if count == 1 else "voxels"
-        return f"{count:,} {voxels} from {significant(low, 5)} to {significant(high, 5)}"
+        ends = (significant(each, 5) for each in values_at(self.edges[index : index + 2], scale))
+        count = round(float(self._drawn[index]))
+        about = "about " * (count != int(self.counts[index]))
+        return f"{about}{count:,} voxel{'s' * (count != 1)} from {' to '.join(ends)}"
 
     def set_data(self, counts: NDArray[np.int64], edges: NDArray[np.float64]) -> None:
         """Take another volume's histogram; :meth:`draw` shows it."""

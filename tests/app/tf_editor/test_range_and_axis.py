@@ -1,6 +1,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pyqtgraph as pg
 import pytest
 from editor_events import LEFT, double_click, drag, histogram
 from hypothesis import example, given
@@ -9,7 +10,7 @@ from mouse_events import pixel, wheel
 from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtTest import QTest
 
-from app.tf_editor.histogram import without_comb
+from app.tf_editor.histogram import HistogramLayer, without_comb
 from app.tf_editor.unit_axis import OpacityScale, ScalarAxis, ticks
 from app.theme import DARK, LIGHT, apply_theme
 from model.scene.ranges import fit_to_range
@@ -217,26 +218,27 @@ SHAPE = 1000 * np.exp(-(((np.arange(256) - 120) / 50) ** 2)) + 20
 
 
 @pytest.mark.parametrize("stretch", [2, 3, 7, 1.4])
-def test_stretched_data_have_the_histogram_of_the_data_before(stretch):
+def test_stretched_data_have_the_histogram_of_the_data_before(qapp, stretch):
     values = np.unique(np.floor(np.arange(0, 256, stretch)).astype(int))
     counts = np.zeros(256, dtype=np.int64)
     counts[values] = (SHAPE[values] * stretch).astype(np.int64)
+    layer = HistogramLayer(pg.ViewBox())
+    layer.set_data(counts, np.arange(257) - 0.5)
     drawn = without_comb(counts)
+    assert layer.text_at(121.0, "linear") == f"about {drawn[121]:,.0f} voxels from 120.5 to 121.5"
     inner = slice(values[1], values[-2])
     assert (drawn[inner] > 0).all()
     if float(stretch).is_integer():
         assert drawn[inner] == pytest.approx(SHAPE[inner], rel=0.02)
     # Otherwise a tooth stands for as much as the one beside it, which has a wider gap.
-    window = np.ones(14) / 14
-    smooth, expected = (np.convolve(h[inner], window, "valid") for h in (drawn, SHAPE))
+    smooth, expected = (np.convolve(h[inner], np.ones(14), "valid") for h in (drawn, SHAPE))
     assert smooth == pytest.approx(expected, rel=0.05)
     assert drawn.sum() == pytest.approx(counts.sum(), rel=0.02)
 
 
 def test_gaps_that_are_not_a_combs_stay():
     counts = SHAPE.astype(np.int64)
-    counts[100:140] = 0
-    counts[200] = 0
+    counts[[*range(100, 140), 200]] = 0
     np.testing.assert_array_equal(without_comb(counts), counts)
     np.testing.assert_array_equal(without_comb(np.zeros(9, dtype=np.int64)), np.zeros(9))
 
