@@ -230,7 +230,6 @@ def test_the_network_draws_while_the_light_is_path_traced(
     assert len(window.panes.images) == 2
     settle(qtbot, window)
     assert window.generator.caption.detail.startswith(PATH_DRAWER)
-    # It is no model's.
     assert window.generator.caption.title == "Denoised sample"
     assert "serves all volumes" in window.workspace.model.errors
     # One engine for each pane, of one sample and of many.
