@@ -17,8 +17,9 @@ from model.scene.volume import Volume
 class Mask:
     """The voxels that are shown; all others are transparent under any TF.
 
-    Between shown and hidden voxels, the opacity falls linearly; between labels it is cut. Some
-    shown voxels may be no more than an edge around the others, where a surface fades by the TF.
+    Between shown and hidden voxels, the opacity falls linearly, and values are those of the shown
+    ones; between labels it is cut. Some shown voxels may be no more than an edge around the others,
+    where a surface fades by the TF.
     """
 
     shape: tuple[int, int, int]  # of the volume's voxels (nz, ny, nx)
@@ -65,11 +66,11 @@ class Mask:
         return bits.view(np.bool_).reshape(self.shape)
 
     def within(self, box: CropBox) -> CropBox:
-        """Return the part of a box that holds the shown voxels; all of it if none is in it."""
-        low, high = list(box.low), list(box.high)
+        """Return the part of a box that holds the shown voxels; all of it if that is too thin."""
+        shown, low, high = self.shown, list(box.low), list(box.high)
         for axis, count in enumerate(self.shape[::-1]):
             others = tuple(n for n in range(3) if n != 2 - axis)
-            places = np.flatnonzero(self.shown.any(axis=others)) / max(count - 1, 1)
+            places = np.flatnonzero(shown.any(axis=others)) / max(count - 1, 1)
             low[axis], high[axis] = max(low[axis], places[0]), min(high[axis], places[-1])
         try:
             return CropBox((low[0], low[1], low[2]), (high[0], high[1], high[2]))
