@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QHBoxLayout, QLabel, QSlider, QWidget, QWidgetActi
 
 from app import theme
 from app.caption_button import CaptionButton
-from app.controls import WheelGuard, add_choices, add_switch, fill, text_button
+from app.controls import CLICK_REACH, WheelGuard, add_choices, add_switch, fill, text_button
 from app.image_view.gestures import light_at
 from app.state.edits import BRIGHTEST, DARKEST, STEPS_PER_OCTAVE, Brightness, brightness_at
 from app.state.reference_image import ReferenceImage
@@ -137,7 +137,6 @@ class ReferenceControls(QObject):
 DIAMETER = 20
 
 REACH = 60.0  # pixels that a drag moves the light by the ball's radius
-CLICK_REACH = 2.0  # largest movement of a click, in pixels
 
 MOVABLE = (
     "Drag to move the light, click to aim it, double-click for light from the upper left. In an "

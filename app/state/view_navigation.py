@@ -88,8 +88,7 @@ class ViewNavigation(QObject):
 
     def turned(self, view: View) -> View:
         """Return a turned view: what is shown stays in the middle, or else the pivot in place."""
-        middled = self._middled(view)
-        if middled is not None and self.view == self._middled(self.view):
+        if self.view == self._middled(self.view) and (middled := self._middled(view)) is not None:
             return middled
         pivot, before = self.pivot, Projection(self.view, self.proportions)
         if before.depths(pivot[None])[0] < NEAREST_DEPTH:
