@@ -221,7 +221,7 @@ class ImageError(QObject):
             self.compare()
 
     def _settings_of(self, pane: EnginePane) -> ReferenceSettings | None:
-        """What an image depends on besides its inputs: a model's on nothing."""
+        """Return what an image depends on besides its inputs; a model's on nothing."""
         work = self._workspace.reference
         if pane is self._generator and not self._workspace.model.draws_path:
             return None

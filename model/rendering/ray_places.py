@@ -7,8 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.rendering.opacity_correction import per_sample
+from model.scene.filling import means_around
 from model.scene.inputs import SceneInputs
-from model.scene.mask import Mask
+from model.scene.mask import Mask, masked_voxels
 from model.scene.transfer_function import TF_SAMPLES
 from model.scene.view import Projection
 from model.scene.volume import Triple, Volume
@@ -112,18 +113,24 @@ def values_at(
     is_nearest: bool = False,
     mask: Mask | None = None,
 ) -> NDArray[np.float64]:
-    """Return the scalar values (n,) at points (n, 3) of what a volume shows, NaN elsewhere."""
+    """Return the values (n,) at points (n, 3) as renderers interpolate them; NaN outside."""
     hidden = volume.hidden
     ((nearest, _),) = _corners(volume, points, True)
     missing = np.zeros(len(points), bool) if hidden is None else hidden[tuple(nearest.T[::-1])]
+    masked = None if mask is None else masked_voxels(volume, mask)
     total, weights = np.zeros(len(points)), np.zeros(len(points))
     for corner, weight in _corners(volume, points, is_nearest):
         at = tuple(corner.T[::-1])
         if hidden is not None:
             weight = np.where(hidden[at], 0.0, weight)
-        if mask is not None:
-            weight = weight * mask.shows(*corner.T)
-        total += np.where(weight > 0, weight * volume.shown[at].astype(np.float64), 0.0)
+        values = volume.shown[at].astype(np.float64)
+        if masked is not None and not volume.file.is_labels:
+            # As renderers do.
+            is_out, flat = masked[at], volume.shown.reshape(-1)
+            places = np.ravel_multi_index(at, masked.shape)[is_out]
+            with np.errstate(invalid="ignore"):
+                values[is_out] = means_around(flat, masked, places)
+        total += np.where(weight > 0, weight * values, 0.0)
         weights += weight
     known = ~missing & (weights > 0)
     return np.where(known, total / np.where(known, weights, 1.0), np.nan)

@@ -29,7 +29,7 @@ def fill(voxels: NDArray[Any], missing: NDArray[np.bool_]) -> NDArray[Any]:
         edge = np.concatenate(in_threads(partial(_edge, unknown), range(len(unknown))))
         parts = np.array_split(edge, len(edge) // PART + 1)
         # All at once, as the means are those of the layer before.
-        means = in_threads(partial(_means, values, unknown), parts)
+        means = in_threads(partial(means_around, values, unknown), parts)
         values[edge] = np.concatenate(means)
         unknown.reshape(-1)[edge] = False
     return voxels
@@ -49,10 +49,13 @@ def _edge(unknown: NDArray[np.bool_], z: int) -> NDArray[np.intp]:
     return np.flatnonzero(unknown[z] > deep) + z * deep.size
 
 
-def _means(
+def means_around(
     values: NDArray[Any], unknown: NDArray[np.bool_], places: NDArray[np.intp]
 ) -> NDArray[Any]:
-    """Return the mean of the known voxels among the 26 around each place."""
+    """Return the mean of the known voxels among the 26 around each place.
+
+    Places are numbers in the flat array of values; without a known neighbour, a mean means nothing.
+    """
     total, count = np.zeros(len(places)), np.zeros(len(places), dtype=np.int64)
     _, height, width = shape = unknown.shape
     along = zip(np.unravel_index(places, shape), shape, (height * width, width, 1), strict=True)

@@ -42,16 +42,14 @@ def test_the_first_place_is_where_the_ray_caster_first_sees_something(volume, nu
     inputs = list(scenes(volume))[number]
     image, depth = RaycastRenderer(volume).frame(inputs, SIZE)
     projection = Projection(inputs.view, volume.proportions)
-    # The ray caster interpolates with hidden voxels that have their neighbours' mean.
-    near = 0.01 if inputs.mask is None else 0.03
     seen = 0
     for row, column in np.ndindex(SIZE, SIZE):
         at = PIXELS[column], -PIXELS[row]
         points, weights = places_along(volume, inputs, at)
-        assert weights.sum() == pytest.approx(image[row, column, 3], abs=near)
+        assert weights.sum() == pytest.approx(image[row, column, 3], abs=0.01)
         visible = points[np.cumsum(weights) >= VISIBLE]
         if len(visible) == 0 or np.isinf(depth[row, column]):
-            assert weights.sum() == pytest.approx(1 / 255, abs=near / 5) or weights.sum() < 1 / 255
+            assert weights.sum() == pytest.approx(1 / 255, abs=2e-3) or weights.sum() < 1 / 255
             continue
         seen += 1
         away = depth[[row], [column]] / volume.radius
