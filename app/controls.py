@@ -358,12 +358,8 @@ def picture_icon(picture: QImage | None, size: int) -> QIcon:
         painter.drawText(shown.rect(), Qt.AlignmentFlag.AlignCenter, text)
         painter.end()
     else:
-        shown = QPixmap.fromImage(picture).scaled(
-            size,
-            size,
-            Qt.AspectRatioMode.KeepAspectRatio,
-            Qt.TransformationMode.SmoothTransformation,
-        )
+        how = Qt.AspectRatioMode.KeepAspectRatio, Qt.TransformationMode.SmoothTransformation
+        shown = QPixmap.fromImage(picture).scaled(size, size, *how)
     return untinted(shown)
 
 

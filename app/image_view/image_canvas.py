@@ -231,7 +231,10 @@ class ImageCanvas(KeyedWidget):
                     paint(painter, square)
                     painter.restore()
             if self.wiped is not None:
-                self._paint_wipe_line(painter, self.wiped[1])
+                at = self.wiped[1]
+                for color, width in ((theme.ON_IMAGE.window, 3), (theme.ON_IMAGE.text, 1)):
+                    painter.setPen(QPen(QColor(color), width))
+                    painter.drawLine(at, 0, at, self.height())
         if self.message:
             self._paint_message(painter, self, self.rect())
         if self.progress is not None:
@@ -258,12 +261,6 @@ class ImageCanvas(KeyedWidget):
         if not self.message:
             self._paint_message(painter, other, place)
         painter.restore()
-
-    def _paint_wipe_line(self, painter: QPainter, at: int) -> None:
-        """Paint the line between A and B."""
-        for color, width in ((theme.ON_IMAGE.window, 3), (theme.ON_IMAGE.text, 1)):
-            painter.setPen(QPen(QColor(color), width))
-            painter.drawLine(at, 0, at, self.height())
 
     def _paint_message(self, painter: QPainter, of: ImageCanvas, place: QRect) -> None:
         # Narrower than the canvas, because long lines are hard to read.

@@ -38,6 +38,7 @@ class CellGrid(KeyedWidget):
     zoomed = Signal(object)  # emitted with the cell to come closer to, or None to go back
     hovered = Signal(object)  # with the cell under the mouse, or None
 
+    picture = Painted[GridPicture | None](None, "_paint_images")  # those of the cells
     background = Painted[Background](BLACK, "_paint_images")
     is_stale = Painted(False)  # of an earlier view, light or colours
     message = Painted("")  # where there are no pictures
@@ -46,7 +47,6 @@ class CellGrid(KeyedWidget):
     def __init__(self, brightness: Brightness) -> None:
         super().__init__()
         self._brightness = brightness
-        self._picture: GridPicture | None = None
         self.images: dict[int, QImage] = {}  # by cell
         self._cell: int | None = None
         self._turned = 0.0
@@ -55,16 +55,11 @@ class CellGrid(KeyedWidget):
         self.setAccessibleName("Grid of pictures")
         brightness.changed.connect(self._paint_images)
 
-    def show_grid(self, picture: GridPicture | None) -> None:
-        """Show the cells' pictures; None for none."""
-        self._picture = picture
-        self._paint_images()
-
     def _paint_images(self) -> None:
         self.images = {}
-        if self._picture is not None:
-            source, exposures = self._picture.source, self._picture.exposures
-            for cell, image in self._picture.images.items():
+        if self.picture is not None:
+            source, exposures = self.picture.source, self.picture.exposures
+            for cell, image in self.picture.images.items():
                 brightness, ground = self._brightness.of(source), self.background
                 if cell in exposures:
                     brightness = self._brightness.usual[source] * exposures[cell]
@@ -78,7 +73,7 @@ class CellGrid(KeyedWidget):
         """Text in the middle: why there are no pictures, or that they follow."""
         if self.progress is not None:
             return "drawing …"
-        return self.message if self._picture is None else ""
+        return self.message if self.picture is None else ""
 
     def cell_rect(self, cell: int) -> QRectF:
         """Rectangle of a cell in pixels."""
@@ -94,7 +89,7 @@ class CellGrid(KeyedWidget):
         painter.setRenderHints(
             QPainter.RenderHint.SmoothPixmapTransform | QPainter.RenderHint.Antialiasing
         )
-        picture = self._picture
+        picture = self.picture
         for cell in range(CELLS**2):
             rect = self.cell_rect(cell)
             if cell in self.images:
@@ -195,8 +190,8 @@ class CellGrid(KeyedWidget):
         if cell != self._cell:
             self._cell = cell
             tip = ""
-            if self._picture is not None and cell is not None:
-                tip = explanation_of(self._picture, cell)
+            if self.picture is not None and cell is not None:
+                tip = explanation_of(self.picture, cell)
             self.setToolTip(tip)
             shapes = Qt.CursorShape
             self.setCursor(shapes.PointingHandCursor if cell in self.images else shapes.ArrowCursor)

@@ -328,7 +328,7 @@ class LatentBrowser(QWidget):
 
     def _color(self, _overview: object = None) -> None:
         if self._session.map is not None and self._latent.choices.shown:
-            self.map.show_shades(shades_of(self._session, self._state.units))
+            self.map.shades = shades_of(self._session, self._state.units)
 
     def _choose_place(self) -> None:
         place = self._latent.hover
@@ -352,7 +352,7 @@ class LatentBrowser(QWidget):
                 self._brightness.set(None if exposure == 1 else exposure * usual)
 
     def _show_grid(self, picture: GridPicture | None) -> None:
-        self.grid.show_grid(picture)
+        self.grid.picture = picture
         self._mark_stale()
 
     def _mark_stale(self) -> None:

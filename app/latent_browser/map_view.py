@@ -35,13 +35,13 @@ class MapView(KeyedWidget):
     message = Painted("")  # in place of the map
     note = Painted("")  # in the lower right corner: how many TFs there are, or what goes on
     active_cell = Painted[int | None](None)  # of the brush, row by row
+    frame = Painted(MapFrame(1, 1), "_draw_anew")  # the part of the map that is in sight
+    shades = Painted[marks.Shades | None](None, "_draw_anew")  # colours of the points
 
     def __init__(self, latent: LatentState, session: LatentSession) -> None:
         super().__init__()
         self._latent = latent
         self._session = session
-        self.frame = MapFrame(1, 1)  # the part of the map that is in sight
-        self._shades: marks.Shades | None = None
         self._points: QImage | None = None
         self._grips: tuple[Grip, ...] = ()
         self._pressed: QPointF | None = None
@@ -55,15 +55,9 @@ class MapView(KeyedWidget):
         for signal in (latent.brushChanged, latent.hoverChanged, session.marksChanged):
             signal.connect(lambda *_: self.update())
 
-    def show_shades(self, shades: marks.Shades) -> None:
-        """Colour the points."""
-        self._shades = shades
-        self._points = None
-        self.update()
-
     def reset(self) -> None:
         """Show the whole map."""
-        self._set_frame(MapFrame(self.width(), self.height()))
+        self.frame = MapFrame(self.width(), self.height())
 
     def look_at(self, brush: Brush) -> None:
         """Zoom to a rectangle, so that it fills about half of the view."""
@@ -74,7 +68,7 @@ class MapView(KeyedWidget):
         wanted = min(frame.width, frame.height) * 0.55 / (side * frame.scale)
         is_in_sight = QRectF(self.rect()).contains(self.frame.rectangle(brush))
         if wanted > self.frame.zoom or not is_in_sight:
-            self._set_frame(replace(frame, zoom=min(max(wanted, 1.0), 30.0)))
+            self.frame = replace(frame, zoom=min(max(wanted, 1.0), 30.0))
 
     def paintEvent(self, _event: QPaintEvent) -> None:
         """Paint points and marks."""
@@ -83,7 +77,7 @@ class MapView(KeyedWidget):
         # Dark in both themes, to suit the colours.
         painter.fillRect(self.rect(), QColor(theme.ON_IMAGE.plot))
         map_ = self._session.map
-        if self.message or map_ is None or self._shades is None:
+        if self.message or map_ is None or self.shades is None:
             painter.setPen(QColor(theme.ON_IMAGE.dim))
             flags = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap
             text = self.message or self.note
@@ -91,7 +85,7 @@ class MapView(KeyedWidget):
             return
         painter.setClipRect(self.rect())
         if self._points is None:
-            self._points = self._drawn_points(map_.places, self._shades)
+            self._points = self._drawn_points(map_.places, self.shades)
         painter.drawImage(0, 0, self._points)
         frame, latent = self.frame, self._latent
         marks.paint_brush(painter, frame, latent.brush, self.active_cell)
@@ -103,14 +97,14 @@ class MapView(KeyedWidget):
             marks.paint_present(painter, frame, self._session.place)
         if latent.hover is not None and self._pressed is None:
             marks.paint_disc(painter, frame, latent.hover, map_.radius / latent.closeness)
-        marks.paint_legend(painter, frame, self._shades)
+        marks.paint_legend(painter, frame, self.shades)
         self._paint_ring(painter)
         if self.note:
             marks.paint_note(painter, frame, self.note)
 
     def resizeEvent(self, _event: QResizeEvent) -> None:
         """Keep the middle of the map where it is."""
-        self._set_frame(replace(self.frame, width=self.width(), height=self.height()))
+        self.frame = replace(self.frame, width=self.width(), height=self.height())
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
         """Grip the brush, begin a new one, or pan."""
@@ -145,7 +139,7 @@ class MapView(KeyedWidget):
             return
         if self._grips == ("pan",):
             step = at - self._last
-            self._set_frame(self.frame.shifted(step.x(), step.y()))
+            self.frame = self.frame.shifted(step.x(), step.y())
         else:
             start, end = self.frame.place(self._pressed), self.frame.place(at)
             self._latent.move_brush(dragged(self._grips, self._before, start, end))
@@ -176,7 +170,7 @@ class MapView(KeyedWidget):
     def wheelEvent(self, event: QWheelEvent) -> None:
         """Zoom in to the place under the mouse, or out."""
         notches = event.angleDelta().y() / 120
-        self._set_frame(self.frame.zoomed(WHEEL_FACTOR**notches, event.position()))
+        self.frame = self.frame.zoomed(WHEEL_FACTOR**notches, event.position())
         self._hover(event.position())
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
@@ -192,9 +186,9 @@ class MapView(KeyedWidget):
         elif key in (Qt.Key.Key_Return, Qt.Key.Key_Enter) and self._latent.hover is not None:
             self.chosen.emit()
         elif key in (Qt.Key.Key_Plus, Qt.Key.Key_Equal):
-            self._set_frame(self.frame.zoomed(WHEEL_FACTOR, at))
+            self.frame = self.frame.zoomed(WHEEL_FACTOR, at)
         elif key == Qt.Key.Key_Minus:
-            self._set_frame(self.frame.zoomed(1 / WHEEL_FACTOR, at))
+            self.frame = self.frame.zoomed(1 / WHEEL_FACTOR, at)
         else:
             super().keyPressEvent(event)
 
@@ -202,10 +196,8 @@ class MapView(KeyedWidget):
         if self._session.map is not None and not self.message:
             self._latent.set_hover(self.frame.place(at), max(self.frame.zoom, 1.0))
 
-    def _set_frame(self, frame: MapFrame) -> None:
-        if frame != self.frame:
-            self.frame = frame
-            self._points = None
+    def _draw_anew(self) -> None:
+        self._points = None
         self.update()
 
     def _drawn_points(self, places: NDArray[np.float32], shades: marks.Shades) -> QImage:

@@ -211,7 +211,9 @@ def source_text(workspace: Workspace) -> str:
         parts.append(f"<span style='color:{theme.CHANGE}'>╍</span> {gloss('Learned')}")
         agreement = asker.region_agreement
         if agreement is not None:
-            parts.append(_agreement_text(agreement, hint))
+            # Outside the model's training, agreement is chance.
+            trust = "" if hint and agreement > 0 else f"{_trust_word(agreement)}, "
+            parts.append(f"{trust}{gloss('Cosine')} {short(agreement)}")
         elif exact not in asker.regions and not hint:
             folder = workspace.model.folder
             recorded = None if folder is None else recorded_agreement(folder)
@@ -231,12 +233,6 @@ def source_text(workspace: Workspace) -> str:
     elif asker.asks_model and asker.learned_size and not asker.asked.outline.is_in_square:
         parts.append(f"{gloss('Learned')}: the region leaves the model's image")
     return " &nbsp; ".join(parts)
-
-
-def _agreement_text(found: float, hint: str) -> str:
-    # Outside the model's training, agreement is chance.
-    trust = "" if hint and found > 0 else f"{_trust_word(found)}, "
-    return f"{trust}{gloss('Cosine')} {short(found)}"
 
 
 def _warning(text: str) -> str:

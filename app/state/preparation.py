@@ -93,7 +93,9 @@ class Preparation(QObject):
         self._wanted = ()
         self._workers.clear()
         for worker in self.findChildren(_Worker):
-            worker.end_now()
+            worker.blockSignals(True)
+            worker.kill()
+            worker.waitForFinished()
 
     def _go_on(self) -> None:
         """Give each worker a group, start missing workers, and end idle ones."""
@@ -116,7 +118,9 @@ class Preparation(QObject):
         worker.done.connect(self._take)
         worker.ended.connect(self._take_end)
         self._workers.append(worker)
-        worker.begin(self._command, group)
+        name, *arguments = self._command
+        worker.start(name, arguments)
+        worker.give(group)
 
     def _take(self, group: KernelGroup) -> None:
         """Note that a group is compiled, or can be compiled by an engine only."""
@@ -175,23 +179,11 @@ class _Worker(QProcess):
         self.finished.connect(self._take_finished)
         self.errorOccurred.connect(self._take_error)
 
-    def begin(self, command: Sequence[str], group: KernelGroup) -> None:
-        """Start the process with its first group."""
-        name, *arguments = command
-        self.start(name, arguments)
-        self.give(group)
-
     def give(self, group: KernelGroup) -> None:
         """Have it compile a group."""
         self.group = group
         self.write(f"{group.name}\n".encode())
         self._hanging.start()
-
-    def end_now(self) -> None:
-        """End the process without emitting a signal."""
-        self.blockSignals(True)
-        self.kill()
-        self.waitForFinished()
 
     def _read(self) -> None:
         while self.canReadLine():

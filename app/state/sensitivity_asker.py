@@ -54,13 +54,6 @@ ValueVisibilityAnswer = Answer[requests.ValueVisibilityRequest]
 VisibilityAnswer = Answer[requests.VisibilityRequest]
 
 
-def same_question(one: Answer[Any] | None, other: Answer[Any] | None) -> bool:
-    """Whether two engines answered the same question about the same image."""
-    if one is None or other is None:
-        return False
-    return bool(replace(one.request, quality=other.request.quality) == other.request)
-
-
 def displayed(answer: RegionAnswer) -> NDArray[np.float64]:
     """Return a region's responses (256,) in the displayed unit."""
     request = answer.request
@@ -444,8 +437,11 @@ class SensitivityAsker(QObject):
 
     def both(self, answers: dict[Source, Any]) -> list[Any]:
         """Return exact and learned answer to the same question; none unless both are there."""
-        both = [answers.get(self.exact_source), answers.get("learned")]
-        return both if same_question(*both) else []
+        exact, learned = answers.get(self.exact_source), answers.get("learned")
+        if exact is None or learned is None:
+            return []
+        is_same = replace(exact.request, quality=learned.request.quality) == learned.request
+        return [exact, learned] if is_same else []
 
     def _forget(self) -> None:
         for channels in self._channels.values():

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from time import monotonic
-from typing import Any, Protocol
+from typing import Any
 
 from PySide6.QtCore import QObject, Signal
 
@@ -49,46 +49,33 @@ class Wanted:
     """A session's memory, which replaces the volume's; None keeps that."""
 
 
-class Viewer(Protocol):
-    """Interface of the workspace, which shows what was opened."""
-
-    def show(self, opened: OpenedVolume) -> None:
-        """Show a volume that was read."""
-
-    def show_range(self, opened: OpenedVolume) -> None:
-        """Show the open volume over another range, or on another scale."""
-
-    def refuse(self, text: str) -> None:
-        """Say what went wrong."""
-
-    def say_progress(self, text: str) -> None:
-        """Say what is being read."""
-
-
 class VolumeOpening(QObject):
     """Reads volumes, and prepares the open one over another range."""
 
     reading = Signal(str)  # emitted with the name of what is being read; empty when that has ended
     warned = Signal(str)  # emitted with a sentence about a volume that is shown nevertheless
     volumeRead = Signal(object)  # emitted with the :class:`OpenedVolume`, before it is shown
+    opened = Signal(object)  # emitted with it, to be shown
+    ranged = Signal(object)  # emitted with the open one over another range, or on another scale
+    refused = Signal(str)  # emitted with a sentence on what went wrong
+    said = Signal(str)  # emitted with what is being read, in words
 
     _progressed = Signal(object, str, int, int)
 
     def __init__(
         self,
         read_volume: Callable[..., Volume],
-        viewer: Viewer,
         model: OpenModel,
         library: Library,
         preferences: Preferences,
         parent: QObject,
     ) -> None:
         super().__init__(parent)
-        self._read_volume, self._viewer = read_volume, viewer
+        self._read_volume = read_volume
         self._model, self._library, self._preferences = model, library, preferences
         self._reading = LatestCall("volume", self, self._take, self._refuse, at_once=True)
-        show = viewer.show_range, viewer.refuse
-        self._ranging = LatestCall("range", self, *show, at_once=True)
+        tell = self.ranged.emit, self.refused.emit
+        self._ranging = LatestCall("range", self, *tell, at_once=True)
         self._stop = threading.Event()  # set when the volume being read is no longer wanted
         self._progressed.connect(self._say_progress)
         self._name = ""
@@ -108,7 +95,7 @@ class VolumeOpening(QObject):
     def open(self, path: Path, wanted: Wanted | None = None) -> None:
         """Read a volume in the background, and have it shown."""
         self._name, self.wanted = path.name, wanted or Wanted()
-        self._viewer.say_progress(f"Reading {path.name} …")
+        self.said.emit(f"Reading {path.name} …")
         self.reading.emit(path.name)
         self._model_now = self._present_model()
         self._stop.set()
@@ -224,7 +211,7 @@ class VolumeOpening(QObject):
 
     def _say_progress(self, stop: threading.Event, what: str, done: int, count: int) -> None:
         if not stop.is_set():
-            self._viewer.say_progress(f"Reading {self._name}: {done} of {count} {what} …")
+            self.said.emit(f"Reading {self._name}: {done} of {count} {what} …")
 
     def _take(self, read: _Read) -> None:
         if read.model != self._model_now:
@@ -244,11 +231,11 @@ class VolumeOpening(QObject):
             kept = vars(_replacing(known, self.wanted.memory)) | {"path": known.path}
             self._preferences.note_volume(opened.fingerprint, **kept)
         self.shown = self.wanted
-        self._viewer.show(opened)
+        self.opened.emit(opened)
 
     def _refuse(self, text: str) -> None:
         self.reading.emit("")
-        self._viewer.refuse(text)
+        self.refused.emit(text)
 
 
 @dataclass(frozen=True)

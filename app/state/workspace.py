@@ -85,9 +85,8 @@ class Workspace(QObject):
         self.reference = ReferenceImage(
             state, clients, builders, self._scheduler, preferences, self
         )
-        self.opening = VolumeOpening(
-            builders.read_volume, self, self.model, self.library, preferences, self
-        )
+        by = self.model, self.library, preferences
+        self.opening = VolumeOpening(builders.read_volume, *by, self)
         # Pictures of the map are as fast as the images.
         self.latent.patience = lambda: STOPS[self.reference.choices.stop].patience
         self.latent.raster = lambda: self.reference.raster
@@ -112,6 +111,10 @@ class Workspace(QObject):
             (self._asked.changed, self._keep_regions),
             (self._asked.finished, self._keep_regions),
             (self.opening.warned, self.problem.emit),
+            (self.opening.opened, self.show),
+            (self.opening.ranged, self.show_range),
+            (self.opening.refused, self.refuse),
+            (self.opening.said, self.say_progress),
             (work.resized, self.sensitivity.show),
             (work.settingsChanged, self._relight),
             (self.latent.state.choicesChanged, self._follow_browser),

@@ -6,10 +6,9 @@ import numpy as np
 import pyqtgraph as pg
 from numpy.typing import NDArray
 from PySide6.QtCore import QRectF, Qt
-from PySide6.QtGui import QBrush, QColor, QPainter, QPainterPath, QPen
+from PySide6.QtGui import QBrush, QPainter, QPainterPath, QPen
 from PySide6.QtWidgets import QGraphicsItem, QStyleOptionGraphicsItem, QWidget
 
-from app import theme
 from app.controls import Painted
 from app.number_box import significant
 from app.tf_editor.unit_axis import ScalarAxis
@@ -85,10 +84,6 @@ class HistogramLayer:
         self.counts: NDArray[np.int64] = np.zeros(1, dtype=np.int64)
         self.edges: NDArray[np.float64] = np.array([0.0, 1.0])
         self._drawn: NDArray[np.float64] = np.zeros(1)
-
-    def recolor(self) -> None:
-        """Take the colours of the theme in use."""
-        self.curve.brush = QBrush(QColor(theme.VOXELS))
 
     def text_at(self, value: float, scale: ValueScale) -> str:
         """Return the drawn number of voxels in a value's bin, in words; empty outside all bins."""

@@ -7,7 +7,7 @@ import numpy as np
 import pyqtgraph as pg
 from numpy.typing import NDArray
 from PySide6.QtCore import QEvent, QObject, QPoint, QPointF, QRect, QRectF, QSizeF, Qt, Signal
-from PySide6.QtGui import QColor, QFocusEvent, QFont, QFontMetricsF, QHelpEvent, QPainter
+from PySide6.QtGui import QBrush, QColor, QFocusEvent, QFont, QFontMetricsF, QHelpEvent, QPainter
 from PySide6.QtWidgets import (
     QApplication,
     QGraphicsItem,
@@ -198,7 +198,7 @@ class PlotArea(QObject):
     def _recolor(self) -> None:
         self.widget.setBackground(theme.PANEL)
         self.back.setBackgroundColor(theme.PLOT)
-        self.histogram.recolor()
+        self.histogram.curve.brush = QBrush(QColor(theme.VOXELS))
         self._label_opacities()
         self._label_values()
         self.recolored.emit()

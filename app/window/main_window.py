@@ -65,8 +65,11 @@ class MainWindow(WindowParts):
         workspace, work = self.workspace, self.workspace.reference
         fail = self.context.fail
         wires: list[tuple[SignalInstance, Callable[..., object]]] = [
-            (workspace.opening.reading, self._note_reading),
-            (workspace.opening.volumeRead, self._take_read),
+            (workspace.opening.reading, self.files.note_reading),
+            (workspace.opening.reading, lambda _name: self.empty_card.set_shown(False)),
+            # Errors of the previous file no longer apply.
+            (workspace.opening.volumeRead, lambda _opened: self.notice.clear()),
+            (workspace.opening.volumeRead, self.sessions.take_read),
             (workspace.volumeOpened, self._show_volume),
             (workspace.volumeStarted, self._start_volume),
             (workspace.rangeChanged, self._show_range),
@@ -305,16 +308,6 @@ class MainWindow(WindowParts):
         self.browser.bar.more.setVisible(self.workspace.latent.session.model is not None)
         if not self.generator.client.is_ready:
             self.image_error.forget(self.generator)
-
-    def _note_reading(self, name: str) -> None:
-        self.files.note_reading(name)
-        if name:
-            self.empty_card.set_shown(False)
-
-    def _take_read(self, opened: OpenedVolume) -> None:
-        # Errors of the previous file no longer apply.
-        self.notice.clear()
-        self.sessions.take_read(opened)
 
     def _show_volume(self, opened: OpenedVolume) -> None:
         """Show an opened volume before its TF is set."""

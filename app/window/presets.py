@@ -29,7 +29,8 @@ class Presets(QObject):
     def __init__(self, menu: PresetMenu, context: Context) -> None:
         super().__init__(menu)
         self._menu, self._context, self._state = menu, context, context.state
-        self._folder = context.preferences.folder
+        folder = context.preferences.folder
+        self._folder = None if folder is None else folder / "presets"
         self._pictures = SmallPictures("presets", Quality(PICTURE), context, menu.set_pictures)
         menu.own = self._own
         menu.picturesWanted.connect(self._ask)
@@ -93,7 +94,7 @@ class Presets(QObject):
 def own_presets(folder: Path | None) -> dict[str, TransferFunction]:
     """Return the TFs saved in a user's folder, by name, without damaged files."""
     found = {}
-    for path in sorted(_place(folder).glob(f"*{SUFFIX}")) if folder else ():
+    for path in sorted(folder.glob(f"*{SUFFIX}")) if folder else ():
         try:
             found[path.stem] = TransferFunction.load(path)
         except TransferFunctionError:
@@ -103,21 +104,16 @@ def own_presets(folder: Path | None) -> dict[str, TransferFunction]:
 
 def save_own_preset(folder: Path, name: str, tf: TransferFunction) -> None:
     """Save a TF; raise :class:`TransferFunctionError` if it cannot be written."""
-    place = _place(folder)
-    what = f"{place}: the preset cannot be written"
+    what = f"{folder}: the preset cannot be written"
     remedy = "make room there, or use File > Save TF"
     with os_errors_as(TransferFunctionError, what, remedy):
-        place.mkdir(parents=True, exist_ok=True)
-    tf.save(place / f"{name}{SUFFIX}", remedy)
+        folder.mkdir(parents=True, exist_ok=True)
+    tf.save(folder / f"{name}{SUFFIX}", remedy)
 
 
 def remove_own_preset(folder: Path, name: str) -> None:
     """Remove a saved TF if it exists; raise :class:`TransferFunctionError` if that fails."""
-    path = _place(folder) / f"{name}{SUFFIX}"
+    path = folder / f"{name}{SUFFIX}"
     what = f"{path}: the preset cannot be removed"
     with os_errors_as(TransferFunctionError, what, "check your permissions"):
         path.unlink(missing_ok=True)
-
-
-def _place(folder: Path) -> Path:
-    return folder / "presets"
