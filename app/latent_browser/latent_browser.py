@@ -171,7 +171,7 @@ class Preview(QObject):
         self._pane.canvas.cover = to_qimage(picture.image, brightness, clear=is_clear)
         of = {0: "The nearest TF of the map", 1: "A TF of the map"}
         explained = of.get(picture.samples, f"The mean of {picture.samples} TFs of the map")
-        self._pane.name_cover("Under the mouse", "click to take", explained)
+        self._pane.name_cover("At the mouse", "click to take", explained)
 
 
 OPENING = "Opening the map …"

@@ -22,7 +22,7 @@ from app.state.sensitivity_asker import Answer, SensitivityAsker
 from app.state.sensitivity_state import SensitivityState
 from model.rendering.raster import middle_square
 from model.scene.inputs import SceneInputs
-from model.scene.tf_perturbation import edit_over
+from model.scene.tf_perturbation import band_of_edit, edit_over
 from model.sensitivity import display
 
 Field = NDArray[np.float64]
@@ -258,7 +258,10 @@ class FieldCover(QObject):
                 display.scale_of(middle_square(self._shown(each)), least) for each in every
             )
         field, image = _square_together(self._shown(answer), image)
-        values = self._state.range_text(answer.request.values)
+        asked = answer.request.values
+        if is_part and asked[0] == asked[1]:
+            asked = band_of_edit(asked, self._state.scalar_range, answer.request.width)
+        values = self._state.range_text(asked)
         if is_part:
             of_full = f": part of a pixel that shows {values}"
             # It is the same by any engine.

@@ -322,7 +322,7 @@ class VisibleLayer:
             shares = zip(found, percentages(found), strict=True)
             named = [(one, percent) for one, percent in shares if one.share >= NAMED_FROM]
             peaks = [(one.value, float(np.interp(one.value, bins, heights))) for one, _ in named]
-            texts = [f"{self._state.value_text(one.value)}: {percent} %" for one, percent in named]
+            texts = [f"{self._state.range_text(one.reach)}: {percent} %" for one, percent in named]
             while len(self._labels) < len(texts):
                 self._labels.append(self._new_label())
             for label, text in zip(self._labels, texts, strict=False):

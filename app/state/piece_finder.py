@@ -12,8 +12,9 @@ from app.state.sensitivity_asker import SensitivityAsker
 from app.state.viewer_state import EMPTY_TF
 from model.errors import TfscopeError
 from model.rendering.pieces import Piece, pieces_at, pieces_under
-from model.rendering.ray_places import ray_places
+from model.rendering.ray_places import most_visible
 from model.rendering.scale_bar import volume_text
+from model.scene.transfer_function import Range
 from model.scene.view import NEAREST_DEPTH, Projection, View, from_middle
 from model.scene.volume import Triple, Volume
 from model.sensitivity.peaks import contributions
@@ -23,6 +24,7 @@ class PieceFinder(QObject):
     """Finds the pieces at the clicked place, in a thread of its own."""
 
     changed = Signal()  # emitted when a search begins and when it has ended
+    located = Signal()  # emitted when the point at a newly clicked place is known
 
     def __init__(
         self,
@@ -39,7 +41,7 @@ class PieceFinder(QObject):
         self._call = LatestCall("pieces", self, self._take, self._refuse)
         self.stop, self.join = self._call.stop, self._call.join
         asker.answered.connect(self._follow)
-        self._seen: list[Triple] = []  # the most visible point at the clicked place, if any
+        self.point: Triple | None = None  # the most visible one at the clicked place, if any
         asker.asked.changed.connect(self._find_point)
         asker.state.viewChanged.connect(self._carry)
 
@@ -52,9 +54,14 @@ class PieceFinder(QObject):
         return self._call.is_awaited or (is_asked and not is_listed)
 
     def space_of(self, piece: Piece) -> str:
-        """Return the size of a piece, in words."""
+        """Return the size of a piece, and of all that is visible of its values, in words."""
         volume = self._volume()
-        return "" if volume is None else volume_text(piece.count, volume)
+        if volume is None:
+            return ""
+        size, whole = (volume_text(count, volume) for count in (piece.count, piece.among))
+        number, unit = size.split(" ")
+        number = number if whole.endswith(f" {unit}") else size
+        return size if size == whole else f"{number} of {whole}"
 
     def take(self, number: int, alone: bool) -> None:
         """Show a piece alone, or cut it away: an edit that can be undone."""
@@ -75,18 +82,23 @@ class PieceFinder(QObject):
 
     def _find_point(self, what: str) -> None:
         if what == "place":
-            volume, place, self._seen = self._volume(), self._asker.asked.place, []
-            if volume is not None and place is not None:
-                found = ray_places(volume, self._state.inputs, from_middle(place))
-                found.sort(key=lambda one: -one[1])
-                self._seen = [point for point, _share in found[:1]]
+            self.point = None
+            if not self._asker.asked.choices.shown:
+                self._locate(())
+
+    def _locate(self, listed: tuple[Range, ...]) -> None:
+        volume, place = self._volume(), self._asker.asked.place
+        if volume is not None and place is not None:
+            found = most_visible(volume, self._state.inputs, from_middle(place), listed)
+            self.point = None if found is None else (found[0], found[1], found[2])
+            self.located.emit()
 
     def _carry(self, view: View) -> None:
         """Keep the clicked place on the point that was visible there."""
         projection = Projection(view, self._state.proportions)
-        points = np.reshape(self._seen, (-1, 3))
-        if (projection.depths(points) > NEAREST_DEPTH).any():
-            ((right, up),) = projection.places(points).tolist()
+        point = np.reshape(self.point or (), (-1, 3))
+        if (projection.depths(point) > NEAREST_DEPTH).any():
+            ((right, up),) = projection.places(point).tolist()
             self._asker.asked.carry(((1 + right) / 2, (1 - up) / 2))
 
     def _mask_by(self, piece: Piece, alone: bool) -> None:
@@ -97,23 +109,28 @@ class PieceFinder(QObject):
             return
         name = "isolate connected voxels" if alone else "cut connected voxels away"
         self._state.mask_input.set(mask, name)
-        what = f"piece of {self.space_of(piece)}"
-        said = f"Only this {what} is shown." if alone else f"A {what} is cut away."
+        size = self.space_of(piece)
+        said = f"Only this piece is shown: {size}." if alone else f"Cut away: {size}."
         back = "Undo or Edit > Show all voxels shows everything again."
         self._say(f"{said} {back} File > Save mask writes this to a file.")
 
     def _follow(self, question: str) -> None:
         """Search once the values at the clicked place are listed: a piece may have those alone."""
         volume, place, pick = self._volume(), self._asker.asked.place, self._asker.pick
-        if question != "pick" or self._waits is not None:
+        if question != "pick":
             return
         wanted = None
         if volume is not None and place is not None and pick is not None:
             inputs = pick.request.inputs
-            listed = contributions(pick.value[0], inputs.opacity_tf.scalar_range)
+            found = contributions(pick.value[0], inputs.opacity_tf.scalar_range)
+            listed = tuple(one.reach for one in found)
             # Pieces do not depend on light and colours.
             inputs = replace(inputs, light=None, color_tf=EMPTY_TF.color)
-            wanted = volume, inputs, from_middle(place), tuple(one.reach for one in listed)
+            wanted = volume, inputs, from_middle(place), listed
+            if self.point is None:
+                self._locate(listed)
+        if self._waits is not None:
+            return
         if wanted != self._wanted:
             self._wanted = wanted
             # The found pieces, and those being searched, belong to another place or scene.

@@ -138,7 +138,8 @@ class UpAxisCard(Card):
             self.buttons[axis] = _picture_button(text, f"{axis} is up", ICON, choose)
         head = fill(QHBoxLayout(), label("Which way is up?", "title"), 0, self.leave)
         pictures = fill(QHBoxLayout(), *self.buttons.values(), spacing=4)
-        fill(QVBoxLayout(self), head, pictures, margins=(12, 4, 8, 8), spacing=2)
+        note = label("The file does not say; left and right may be swapped, too.", "dim")
+        fill(QVBoxLayout(self), head, note, pictures, margins=(12, 4, 8, 8), spacing=2)
 
     def _set_pictures(self, pictures: Mapping[str, QImage]) -> None:
         for axis, button in self.buttons.items():

@@ -191,12 +191,13 @@ class MainWindow(WindowParts):
 
     def _escape(self) -> bool:
         """End the last action, or dismiss the newest notice; return False if there is none."""
-        if self.ruler.end() or self.sensitivity.escape():
+        # The status line shows the keys of the area under the mouse.
+        is_over_map = self.browser.underMouse()
+        if (is_over_map and self.browser.escape()) or self.ruler.end() or self.sensitivity.escape():
             return True
         if self.crop_card.is_shown:
             self.crop_card.set_shown(False)
             return True
-        # Wherever the focus is: the status line shows the keys of the area under the mouse.
         return self.browser.escape() or self.notice.dismiss_newest() or self.ruler.remove()
 
     def _move_focus(self, step: int) -> None:

@@ -270,7 +270,7 @@ class Sessions(QObject):
             said.append(f"{names} could not be read from the session.")
         back = []
         if self._is_before_kept and self._before_path is not None:
-            said.append("Go back returns to what you had before.")
+            said.append(f"Go back returns to {session.volume.name} as you had left it.")
             back.append(Action("Go back", partial(self.open, self._before_path)))
         if said[1:]:
             self._context.notices.add(" ".join(said), *back)

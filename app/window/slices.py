@@ -1,6 +1,6 @@
 """The slices in the window: built when first shown, and linked to images and TF plot."""
 
-from functools import partial
+import math
 from typing import Any, cast
 
 import numpy as np
@@ -17,7 +17,7 @@ from app.state.opened_volume import OpenedVolume
 from app.tf_editor.plot_area import PlotArea
 from app.window.cards import CropCard
 from app.window.context import Context
-from model.rendering.ray_places import ray_places
+from model.rendering.ray_places import ray_places, values_at
 from model.scene.crop import CropBox
 from model.scene.orientation import corners
 from model.scene.slices import MIDDLE, SliceColors, gray_window, usual_window, voxel_of
@@ -45,6 +45,7 @@ class Slices(QObject):
         self.column: SlicesColumn | None = None  # built when it is first shown
         self._step = self._width = 0  # the user's width of the slices, if any
         self._before = self.state.place  # before the mouse was pressed
+        self._restored: tuple[float, float] | None = None  # clicked place before a double click
         self._pointed: Triple | None = None  # place under the mouse
         self._under: float | None = None
         self._holds = False
@@ -53,6 +54,7 @@ class Slices(QObject):
         self.state.painted.connect(self._keep_paint)
         self.state.hovered.connect(self._hover)
         context.sensitivity.changed.connect(self._follow_question)
+        context.workspace.pieces.located.connect(self._go_to_click)
         crop_card.shownChanged.connect(lambda *_: self.state.show(edits_crop=crop_card.is_shown))
 
     @property
@@ -189,7 +191,7 @@ class Slices(QObject):
         self._context.workspace.keep(slice_colors=colors, gray_window=window)
 
     def _follow_question(self, what: str) -> None:
-        """Outline the band of values, and move to what shows most at a clicked point."""
+        """Outline the band of values."""
         asked, volume = self._context.sensitivity, self.state.volume
         if what in ("band", "choices") and volume is not None:
             band = asked.band if asked.choices.shown else None
@@ -199,25 +201,38 @@ class Slices(QObject):
                 self.state.show(band=None)
             else:
                 self.state.show(band=band_of_edit(band.values, whole, width))
-        elif what == "place" and self.is_shown:
+
+    def _go_to_click(self) -> None:
+        if self.is_shown and self._context.sensitivity.place != self._restored:
             self._go(None)
+
+    def _go_back(self) -> None:
+        self._restored = self._context.sensitivity.place
+        self.state.move(self._before)
 
     def _go(self, step: int | None) -> None:
         """Put the cross-hair onto a surface under a click in an image, if None the most visible."""
         place, volume = self._context.sensitivity.place, self.state.volume
         if place is None or volume is None:
             return
-        found = ray_places(volume, self._context.state.inputs, from_middle(place))
+        inputs, point = self._context.state.inputs, self._context.workspace.pieces.point
+        found = ray_places(volume, inputs, from_middle(place))
         if not found:
             self._context.status.say("Nothing shows there, so the cross-hair stays.")
+            return
+        if step is None and point is not None:
+            away = [math.dist(point, each) for each, _share in found]
+            self._step, there = away.index(min(away)), point
         else:
-            shares = [share for _point, share in found]
-            step = shares.index(max(shares)) if step is None else step
-            self._step = min(max(step, 0), len(found) - 1)
-            there, share = found[self._step]
-            self.state.move(there)
-            which = f"{self._step + 1} of {len(found)} along the line of sight"
-            self._context.status.say(f"Place {which}: {100 * share:.0f} % of the opacity.")
+            self._step = min(max(step or 0, 0), len(found) - 1)
+            there = found[self._step][0]
+        self.state.move(there)
+        # The values of voxels may be others, at the surface of a material.
+        (value,) = values_at(volume, np.array([there]), inputs.is_nearest(volume), inputs.mask)
+        what = self._context.state.value_text(float(value))
+        share = f"{100 * found[self._step][1]:.0f} % of the pixel's opacity"
+        which = f"{self._step + 1} of {len(found)} along the line of sight"
+        self._context.status.say(f"Place {which}, value {what}: {share}.")
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """Step along the ray through the clicked point with the keys up and down."""
@@ -225,7 +240,7 @@ class Slices(QObject):
             self._before = self.state.place
         elif event.type() == QEvent.Type.MouseButtonDblClick and watched not in self.areas:
             # It returns to the first view; once its first click is undone, so is this.
-            QTimer.singleShot(0, self, partial(self.state.move, self._before))
+            QTimer.singleShot(0, self, self._go_back)
         if event.type() not in (QEvent.Type.ShortcutOverride, QEvent.Type.KeyPress):
             return False
         key = cast(QKeyEvent, event)

@@ -246,7 +246,8 @@ class PropertiesDialog(QDialog):
             if name == "spacing":
                 parts = self.stretch, QLabel("times"), self.apply
                 line = fill(QHBoxLayout(), *parts, spacing=8)
-                rows.addRow("Spacing", self.spacing)
+                hint = label("and unit, such as 0.5, 0.5, 2 mm", "dim")
+                rows.addRow("Spacing", fill(QHBoxLayout(), self.spacing, hint, spacing=8))
                 rows.addRow("Stretch z by", line)
                 rows.addRow(self.problem)
             if name in ("spacing", "z is drawn"):

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.errors import TfscopeError
-from model.rendering.ray_places import VISIBLE, places_along, values_at
+from model.rendering.ray_places import most_visible, values_at
 from model.scene.inputs import SceneInputs
 from model.scene.mask import Mask, grown, masked_voxels
 from model.scene.transfer_function import TF_SAMPLES, OpacityTF, Range
@@ -36,6 +36,7 @@ class Piece:
 
     voxels: Mask
     count: int  # number of connected voxels
+    among: int  # number of all visible voxels with its values
     values: Range | None  # values of their band; None for all visible values
 
     def left(self, mask: Mask | None, alone: bool) -> Mask | None:
@@ -52,22 +53,9 @@ class Piece:
 def pieces_under(
     volume: Volume, inputs: SceneInputs, at: tuple[float, float], listed: Sequence[Range] = ()
 ) -> tuple[Piece, ...]:
-    """Return the pieces at the point that adds most to a pixel; see :func:`pieces_at`.
-
-    It is sought among those with values of the first listed band that the pixel shows.
-    """
-    points, adds = places_along(volume, inputs, at)
-    if adds.sum() < VISIBLE:
-        return ()
-    lo, hi = volume.scalar_range
-    values = values_at(volume, points, inputs.is_nearest(volume), inputs.mask)
-    half = (hi - lo) / LAST / 2
-    for low, high in listed:
-        own = np.where((values >= low - half) & (values <= high + half), adds, 0)
-        if own.any():
-            adds = own
-            break
-    return pieces_at(volume, inputs, points[adds.argmax()], listed)
+    """Return the pieces at the most visible point of a pixel; see :func:`pieces_at`."""
+    point = most_visible(volume, inputs, at, listed)
+    return () if point is None else pieces_at(volume, inputs, point, listed)
 
 
 def pieces_at(
@@ -113,7 +101,7 @@ def pieces_at(
         edge[part][box] = around & _fading(voxels[box], band or (0, LAST), opacity, volume)
         count, ends = int(np.count_nonzero(inside)), np.array(band or (0, 0))
         values = None if band is None else tuple((lo + (hi - lo) * ends / LAST).tolist())
-        return Piece(_mask_of(whole, edge), count, values)
+        return Piece(_mask_of(whole, edge), count, int(np.count_nonzero(visible)), values)
 
     visible = _of_values(voxels, runs, volume) & shown
     low = np.maximum(seed - NEAR, 0)

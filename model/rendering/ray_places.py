@@ -1,7 +1,7 @@
 """Places under a pixel: where along its ray a volume is visible."""
 
 import itertools
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +10,7 @@ from model.rendering.opacity_correction import per_sample
 from model.scene.filling import means_around
 from model.scene.inputs import SceneInputs
 from model.scene.mask import Mask, masked_voxels
-from model.scene.transfer_function import TF_SAMPLES
+from model.scene.transfer_function import TF_SAMPLES, Range
 from model.scene.view import Projection
 from model.scene.volume import Triple, Volume
 
@@ -68,6 +68,27 @@ def places_along(
     alphas = 1 - (1 - alphas) ** (np.diff(along, prepend=enter) / step)
     through = np.cumprod(1 - alphas)
     return points, alphas * np.concatenate([[1.0], through])[:count]
+
+
+def most_visible(
+    volume: Volume, inputs: SceneInputs, at: tuple[float, float], listed: Sequence[Range] = ()
+) -> NDArray[np.float64] | None:
+    """Return the point (3,) that adds most to a pixel; None if it shows nothing.
+
+    It is sought among those with values of the first listed band that the pixel shows.
+    """
+    points, adds = places_along(volume, inputs, at)
+    if adds.sum() < VISIBLE:
+        return None
+    lo, hi = volume.scalar_range
+    values = values_at(volume, points, inputs.is_nearest(volume), inputs.mask)
+    half = (hi - lo) / (TF_SAMPLES - 1) / 2
+    for low, high in listed:
+        own = np.where((values >= low - half) & (values <= high + half), adds, 0)
+        if own.any():
+            adds = own
+            break
+    return points[adds.argmax()].clip(0, 1)  # rounding may take them out of the volume
 
 
 def ray_places(

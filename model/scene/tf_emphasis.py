@@ -114,15 +114,16 @@ def raised(opacity: OpacityTF, factor: float) -> OpacityTF:
 def isolate_value(opacity: OpacityTF, value: float, width: float, reach: Range) -> OpacityTF:
     """Keep only the opacity of values in a range, as a curve.
 
-    Its flanks have a width in the data's units, and half of the height at the range's ends. If the
-    range has no opacity, one mode is added at the value.
+    It has the given width at least, in the data's units, and flanks of this width or a quarter of
+    the range. If the range has no opacity, one mode is added at the value.
     """
     if opacity(np.linspace(*reach, TF_SAMPLES)).max() <= TINY:
         return replace(opacity, modes=(_mode(value, width, LEAST_RAISE),), points=())
-    # Half as wide as both flanks at least.
-    middle, half = sum(reach) / 2, max(reach[1] - reach[0], width) / 2
+    middle, size = sum(reach) / 2, max(reach[1] - reach[0], width)
+    flank = min(width, size / 4)
+    half = (size - flank) / 2
     reach = middle - half, middle + half
-    return replace(opacity, modes=(), points=_between(opacity, reach, width))
+    return replace(opacity, modes=(), points=_between(opacity, reach, flank))
 
 
 def cut_to(opacity: OpacityTF, reach: Range) -> OpacityTF:

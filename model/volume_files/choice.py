@@ -171,6 +171,8 @@ def describe(volume: Volume) -> list[tuple[str, str]]:
     elif (turned := volume.file.directions) and not np.allclose(turned, np.eye(3)):
         axes = (", ".join(f"{number:.3g}" for number in direction) for direction in turned)
         rows.append(("axes point to", "; ".join(axes)))
+    if not volume.axis_labels:
+        rows.append(("orientation", "not given by the file; left and right may be swapped"))
     for other in volume.file.contents:
         if not other.is_read:
             size = f", {readable_size(other.nbytes)}" if other.nbytes else ""

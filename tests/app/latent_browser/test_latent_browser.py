@@ -223,7 +223,7 @@ def test_hovering_shows_picture_and_tf(qtbot, window, builders):
     # It shows all that the image does.
     whole = canvas.rect_of(canvas.cover).size().toTuple()
     assert whole == pytest.approx(canvas.picture_rect.size().toTuple(), abs=2)
-    assert (caption.title, caption.detail) == ("Under the mouse", "click to take")
+    assert (caption.title, caption.detail) == ("At the mouse", "click to take")
     assert f"mean of {samples} TFs" in caption.toolTip()
     # Undo shows its own picture, not that of the place under the mouse.
     window.state.edits.undo()

@@ -87,7 +87,7 @@ def test_all_comes_back(qtbot, start_again, builders, volume, tmp_path):
     assert window.browser.bar.band.text() == "90 to 120.5"
     assert "a.tfscope" in window.windowTitle()
     # What was there before is a click away.
-    (notice,) = [text for text in texts_of(window) if "what you had before" in text]
+    (notice,) = [text for text in texts_of(window) if "as you had left it" in text]
     assert "a.tfscope is open" in notice
     open_session(qtbot, window, tmp_path / "kept" / "before_session.tfscope")
     found = window.sessions.session()

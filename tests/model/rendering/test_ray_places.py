@@ -5,7 +5,7 @@ import pytest
 from drawing import RAINBOW
 from ramp import make_volume
 
-from model.rendering.ray_places import VISIBLE, places_along, ray_places, values_at
+from model.rendering.ray_places import VISIBLE, most_visible, places_along, ray_places, values_at
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.scene.clip_plane import ClipPlane
 from model.scene.crop import CropBox
@@ -97,6 +97,11 @@ def test_shells_show_from_the_eye_on_with_what_those_in_front_leave():
     through = shares[1] / shares[0]
     assert shares == pytest.approx(shares[0] * through ** np.arange(4), abs=0.05)
     assert through < 0.9 and sum(shares) == pytest.approx(1.0, abs=0.01)
+    # What shows most: of all values, and of the inner shell's.
+    for listed, (place, _) in (((), found[0]), (((2.0, 3.0), (0.35, 0.45)), found[1])):
+        point = most_visible(volume, inputs, (0.0, 0.0), listed)
+        np.testing.assert_allclose(point, place, atol=0.05)
+    assert most_visible(volume, inputs, (0.95, 0.95)) is None
     assert ray_places(volume, inputs, (0.95, 0.95)) == []
     # Where a ray enters, rounding does not leave the volume: sessions would refuse the place.
     opaque = OpacityTF((100.0, 200.0), points=((100.0, 1.0), (200.0, 1.0)))
