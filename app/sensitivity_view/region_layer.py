@@ -323,6 +323,7 @@ PIECE_TIP = (
     "Show only what is connected to this place (I), or all but that (X); Ctrl+Z takes it back"
 )
 EDGE = 4  # least distance from the canvas's edges, in pixels
+NARROW = 480  # width of the canvas below which a piece has a line for each of its facts
 ROW = "<tr><td>{}</td><td align='right' style='padding-left: 12px'>{}</td>{}</tr>"
 
 
@@ -410,8 +411,10 @@ class PlaceLabel(Card):
             f"<a href='{action}{number}' style='color: {theme.ON_IMAGE.change}'>{text}</a>"
             for action, text in (("a", "isolate"), ("c", "cut away"))
         )
-        links = f"<td style='padding-left: 12px'>{does}</td>"
-        return ROW.format(f"Connected {escape(values)}", self._finder.space_of(piece), links)
+        name, space = f"Connected {escape(values)}", self._finder.space_of(piece)
+        if self._canvas.width() < NARROW:
+            return f"<tr><td colspan='2'>{name}<br>{space}<br>{does}</td></tr>"
+        return ROW.format(name, space, f"<td style='padding-left: 12px'>{does}</td>")
 
     def _take(self, link: str) -> None:
         self._finder.take(int(link[1:]), alone=link[0] == "a")
@@ -436,7 +439,7 @@ class PlaceLabel(Card):
         self.adjustSize()
         canvas, size = self._canvas, self.size()
         at = _point(place, canvas.image_rect).toPoint()
-        if self._links and self._at == at:
+        if self._links and self._at == at and canvas.rect().contains(QRect(self.pos(), size)):
             return
         self._at = at if self._links else QPoint()
         xs = at.x() + AWAY, at.x() - AWAY - size.width()

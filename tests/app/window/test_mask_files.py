@@ -80,7 +80,7 @@ def is_left(mask):
 
 def test_a_piece_is_shown_alone_or_cut_away_and_each_is_one_edit(qtbot, window):
     label = click(qtbot, window, 0.42)
-    qtbot.waitUntil(lambda: "144 mm³" in label.text.text())
+    qtbot.waitUntil(lambda: "144 of 288 mm³" in label.text.text())
     # The text grows when pieces are known, and must not move the button.
     assert label.button.geometry().right() < label.text.x()
     # Nor do its links move in it while the same values come again after a turn.
