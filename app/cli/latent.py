@@ -15,7 +15,7 @@ from model.errors import LatentError, RenderError, os_errors_as
 from model.files import writing
 from model.latent.codes import SAMPLES, Codes
 from model.latent.latent_map import LatentMap
-from model.latent.latent_space import LatentSpace, draw_cells, draw_codes
+from model.latent.latent_space import LatentSpace, draw_cells
 from model.networks.card import load_card
 from model.scene.inputs import SceneInputs
 from model.scene.scene import default_scalar_window
@@ -155,7 +155,7 @@ def _drawing(
         from model.generator.generator import Generator
 
         generator = Generator.load(asked.model)
-        return lambda codes: draw_codes(generator, space, codes, inputs, "code"), lambda: None
+        return lambda codes: generator.render_latent(codes, inputs), lambda: None
     from model.rendering.raycast.renderer import RaycastRenderer
 
     renderer = RaycastRenderer(volume)

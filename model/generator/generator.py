@@ -17,6 +17,7 @@ from torch.nn.functional import interpolate
 
 from model.errors import LatentError
 from model.generator.backends import EAGER, Backend, candidates, library_version, make_decode
+from model.latent.codes import checked_codes
 from model.measurements import keep, kept
 from model.networks.blocks import choose_device, place
 from model.networks.card import ModelCard
@@ -134,7 +135,7 @@ class Generator:
     @torch.inference_mode()
     def render_latent(self, codes: NDArray[np.float32], inputs: SceneInputs) -> NDArray[np.float32]:
         """Generate images (N, S, S, 4) of codes (N, d) instead of the inputs' opacity TF."""
-        count, given = codes.shape
+        count, given = checked_codes(codes).shape
         if given != (wanted := self.card.size.latent_dim):
             raise LatentError(f"A latent code of this model has {wanted} numbers, not {given}.")
         conditions, _, color_tf = self.encoded([inputs])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal, Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +20,6 @@ if TYPE_CHECKING:
 SAMPLES = 10_000  # number of codes on a map, as in the paper (section 5.2)
 ROBUST_SHARE = 0.005  # share of encoded TFs outside either side of the sampled box
 COLLAPSED_DEVIATION = 1e-4  # standard deviation below which a code's number is unused
-PictureOf = Literal["code", "tf"]  # of a latent code itself, or of its decoded TF
 
 Codes = NDArray[np.float32]
 Opacities = NDArray[np.float32]

@@ -7,9 +7,9 @@ import io
 import json
 import zipfile
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,9 +21,7 @@ from model.latent.codes import (
     SHIPPED_CODEC,
     Codes,
     NetworkCodec,
-    PictureOf,
     TFCodec,
-    checked_codes,
     load_codec,
     sample_codes,
     samples_of,
@@ -31,14 +29,9 @@ from model.latent.codes import (
 from model.latent.embedding import ITERATIONS, PERPLEXITY, Places, principal_places
 from model.latent.latent_map import Cells, LatentMap
 from model.samples.sampling import draw_opacity_tfs
-from model.scene.inputs import SceneInputs
 from model.scene.scene import Scene
 from model.scene.transfer_function import TF_SAMPLES, OpacityTF, Range, check_range
 from model.scene.value_scale import ValueScale
-
-if TYPE_CHECKING:
-    # Late, as it imports torch.
-    from model.generator.generator import Generator
 
 
 @dataclass(frozen=True)
@@ -63,10 +56,6 @@ class TFFrame:
         if self.window[0] > self.scalar_range[0]:
             points.insert(0, (points[0][0], 0.0))
         return OpacityTF(self.scalar_range, points=tuple(points), scale=self.scale)
-
-    def opacities(self, opacity_tf: OpacityTF) -> NDArray[np.float32]:
-        """Opacities (256,) of a TF over the window, without the rest."""
-        return opacity_tf.sample(self.window)
 
     def stretched(self, opacities: NDArray[np.floating]) -> NDArray[np.float32]:
         """Return TFs (n, 256) over the window as TFs (n, 256) over the scalar range."""
@@ -126,8 +115,8 @@ class LatentSpace:
         return [self.frame.opacity_tf(opacities) for opacities in self.codec.decode(codes)]
 
     def code_of(self, opacity_tf: OpacityTF) -> Codes:
-        """Return the code (d,) that is nearest to an opacity TF."""
-        return self.codec.encode(self.frame.opacities(opacity_tf)[None])[0]
+        """Return the code (d,) that is nearest to an opacity TF within the window."""
+        return self.codec.encode(opacity_tf.sample(self.frame.window)[None])[0]
 
     def open_map(self, count: int = SAMPLES) -> LatentMap:
         """Return the stored map; without one, new samples along their principal axes."""
@@ -204,21 +193,6 @@ def load_map(path: Path, key: str) -> tuple[Codes, Places]:
 
 
 Images = NDArray[np.float32]
-
-
-def draw_codes(
-    generator: Generator,
-    space: LatentSpace,
-    codes: Codes,
-    inputs: SceneInputs,
-    of: PictureOf = "code",
-) -> Images:
-    """Draw pictures (n, S, S, 4) of latent codes (n, d) in one pass, with the other inputs."""
-    codes = checked_codes(codes)
-    if of == "tf":
-        tfs = [replace(inputs, opacity_tf=tf) for tf in space.tfs_of(codes)]
-        return generator.render_batch(tfs)
-    return generator.render_latent(codes, inputs)
 
 
 def draw_cells(cells: Cells, draw: Callable[[Codes], Images]) -> Images:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from model.latent.codes import Codes, Opacities
 from model.latent.latent_map import Brush, LatentMap
-from model.latent.latent_space import draw_cells, draw_codes
+from model.latent.latent_space import draw_cells
 from model.paper.subject import Image, Subject
 from model.scene.inputs import SceneInputs
 
@@ -95,8 +95,7 @@ def _explored(
     left, lower, right, upper = (float(x) for x in (*(middle - half), *(middle + half)))
     brush = left, lower, right, upper
     cells = map_.cells(brush)
-    draw = partial(draw_codes, subject.generator, subject.space, inputs=inputs)
-    images = draw_cells(cells, draw)[..., :3]
+    images = draw_cells(cells, partial(subject.generator.render_latent, inputs=inputs))[..., :3]
     # The mouse rests where most is visible.
     contrast = np.where(cells.count > 0, np.nan_to_num(images).std(axis=(2, 3, 4)), -1)
     row, column = np.unravel_index(contrast.argmax(), contrast.shape)
@@ -116,7 +115,7 @@ def _place(
 
 def _drawn(subject: Subject, codes: Codes, inputs: SceneInputs) -> Image:
     batches = [
-        draw_codes(subject.generator, subject.space, codes[first : first + 16], inputs)
+        subject.generator.render_latent(codes[first : first + 16], inputs)
         for first in range(0, len(codes), 16)
     ]
     return np.concatenate(batches)

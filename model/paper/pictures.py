@@ -20,8 +20,6 @@ TYPICAL_AT = (0.2, 0.4, 0.5, 0.7)  # shares of samples with a smaller RMSE than 
 class Compared:
     """One hold-out sample: true and generated image (S, S, 3), and its errors by measure."""
 
-    index: int
-    inputs: SceneInputs
     truth: Image
     drawn: Image
     errors: dict[str, float]
@@ -52,7 +50,7 @@ def compared_samples(subject: Subject, count: int) -> list[Compared]:
         inputs = draw_sample(scene, subject.seed, "holdout", i)
         truth = (samples.rgba[i, ..., :3] / 255).astype(np.float32)
         own = {name: float(values[i]) for name, values in errors.items()}
-        found.append(Compared(i, inputs, truth, subject.drawn(inputs), own, why))
+        found.append(Compared(truth, subject.drawn(inputs), own, why))
     return found
 
 

@@ -6,7 +6,6 @@ import time
 from collections.abc import Callable, Sequence
 from contextlib import closing
 from dataclasses import dataclass
-from functools import partial
 from statistics import median
 from typing import Any
 
@@ -14,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.evaluation.holdout import generator_errors, neighbor_errors
-from model.latent.latent_space import draw_codes
 from model.measurements import processors
 from model.paper.edits import PAPER_R
 from model.paper.subject import Subject
@@ -163,8 +161,7 @@ def table_2(subject: Subject, repeats: int, blocks: int = PAPER_R) -> Table:
     seen = int(card.training.get("samples_seen", 0))
     block = subject.size // blocks
     render = _seconds(lambda: generator.render(inputs), repeats)
-    draw = partial(draw_codes, generator, subject.space, codes, inputs)
-    explore = _seconds(draw, max(1, repeats // 4))
+    explore = _seconds(lambda: generator.render_latent(codes, inputs), max(1, repeats // 4))
     field = _once(lambda: Sensitivity(generator, inputs).field(block))
     blockwise = _once(lambda: Sensitivity(generator, inputs).blockwise(block))
     return Table(

@@ -49,7 +49,14 @@ class TrainingPlan:
     def check_recipe(self, found: dict[str, Any]) -> None:
         """Raise :class:`model.errors.TrainingError` if the run in the folder has another recipe."""
         # As read back from JSON, with lists instead of tuples.
-        changed = _differences(json.loads(json.dumps(self.recipe())), found)
+        asked = flattened(json.loads(json.dumps(self.recipe())))
+        found = flattened(found)
+        # A volume's name is for display only: a renamed file is the same volume.
+        changed = [
+            f"{name} {found.get(name)}, not {asked.get(name)}"
+            for name in asked | found
+            if asked.get(name) != found.get(name) and name != "scene.volume_name"
+        ]
         if changed:
             raise TrainingError(
                 f"{self.folder}: the run to resume has {', '.join(changed)}; "
@@ -80,17 +87,6 @@ class TrainingReport:
     losses: Losses
     metrics: dict[str, float]  # the most recent ones on hold-out samples, if any
     notice: str = ""  # to show once
-
-
-def _differences(asked: dict[str, Any], found: dict[str, Any]) -> list[str]:
-    """List differences between two recipes, such as "options.seed 1, not 0"."""
-    asked, found = flattened(asked), flattened(found)
-    # A volume's name is for display only: a renamed file is the same volume.
-    return [
-        f"{name} {found.get(name)}, not {asked.get(name)}"
-        for name in asked | found
-        if asked.get(name) != found.get(name) and name != "scene.volume_name"
-    ]
 
 
 @dataclass(frozen=True)

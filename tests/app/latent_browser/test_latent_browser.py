@@ -112,7 +112,7 @@ def test_the_grid_shows_the_mean_of_each_cell(window, builders, places):
     ):
         assert (tf is None) == (count == 0)
         if tf is not None:
-            opacities = session.space.frame.opacities(tf)
+            opacities = tf.sample(session.space.frame.window)
             assert opacities == pytest.approx(ToyCodec().decode(code)[0], abs=0.02)
     # All of them in one request.
     request = [r for r in builders.analysts[-1].others if r.channel == "grid"][-1]

@@ -1,6 +1,5 @@
 import json
 import shutil
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -79,11 +78,11 @@ def test_a_tf_fills_the_window():
     assert tf([200.0, 500.0, 800.0]) == pytest.approx([0.2, 0.45, 0.7], abs=1e-6)
     # Nothing below, where the background is; the last opacity above.
     assert tf([0.0, 199.9, 900.0]) == pytest.approx([0.0, 0.0, 0.7], abs=1e-6)
-    assert FRAME.opacities(tf) == pytest.approx(RAMP, abs=1e-6)
+    assert tf.sample(FRAME.window) == pytest.approx(RAMP, abs=1e-6)
     assert FRAME.opacity_tf(RAMP + 5)(500.0) == 1.0
     # What lies outside of it is lost.
     outside = OpacityTF((0.0, 1000.0), (GaussianMode(50.0, 20.0, 0.9),))
-    assert FRAME.opacities(outside).max() < 1e-6
+    assert outside.sample(FRAME.window).max() < 1e-6
     # A window of the whole range adds no step.
     whole = latent_space.TFFrame((0.0, 1000.0), (0.0, 1000.0))
     assert len(whole.opacity_tf(RAMP).points) == 256
@@ -110,26 +109,20 @@ def model_codes(space):
     return space.codec.encode(np.cumsum(tfs, axis=1) / 256)
 
 
-def test_the_tf_of_a_code_is_drawn_as_whoever_takes_it_sees_it(
-    lively_generator, space, model_codes, scene
-):
+def test_a_code_is_drawn_in_place_of_the_tf(lively_generator, space, model_codes, scene):
     inputs = draw_sample(scene, 3, "train", 0)
-    drawn = latent_space.draw_codes(lively_generator, space, model_codes, inputs, "tf")
-    for code, image in zip(model_codes, drawn, strict=True):
-        taken = lively_generator.render(replace(inputs, opacity_tf=space.tf_of(code)))
-        np.testing.assert_allclose(image, taken, atol=1e-5)
-    assert (
-        np.abs(drawn - latent_space.draw_codes(lively_generator, space, model_codes, inputs)).max()
-        > 0.01
-    )
+    codes = np.stack([space.code_of(inputs.opacity_tf), model_codes[0]])
+    same, other = lively_generator.render_latent(codes, inputs)
+    np.testing.assert_allclose(same, lively_generator.render(inputs), atol=1e-5)
+    assert np.abs(other - same).max() > 0.01
 
 
-def test_codes_that_cannot_be_drawn_are_refused(lively_generator, space, model_codes, scene):
+def test_codes_that_cannot_be_drawn_are_refused(lively_generator, model_codes, scene):
     inputs = draw_sample(scene, 3, "train", 0)
     with pytest.raises(LatentError, match="8 numbers, not 7"):
-        latent_space.draw_codes(lively_generator, space, model_codes[:, :7], inputs)
+        lively_generator.render_latent(model_codes[:, :7], inputs)
     with pytest.raises(LatentError, match="finite"):
-        latent_space.draw_codes(lively_generator, space, model_codes * np.nan, inputs)
+        lively_generator.render_latent(model_codes * np.nan, inputs)
 
 
 @pytest.fixture
