@@ -17,7 +17,6 @@ from torch.nn.functional import interpolate
 
 from model.errors import LatentError
 from model.generator.backends import EAGER, Backend, candidates, library_version, make_decode
-from model.latent.codes import checked_codes
 from model.measurements import keep, kept
 from model.networks.blocks import choose_device, place
 from model.networks.card import ModelCard
@@ -135,9 +134,11 @@ class Generator:
     @torch.inference_mode()
     def render_latent(self, codes: NDArray[np.float32], inputs: SceneInputs) -> NDArray[np.float32]:
         """Generate images (N, S, S, 4) of codes (N, d) instead of the inputs' opacity TF."""
-        count, given = checked_codes(codes).shape
+        count, given = codes.shape
         if given != (wanted := self.card.size.latent_dim):
             raise LatentError(f"A latent code of this model has {wanted} numbers, not {given}.")
+        if not np.isfinite(codes).all():
+            raise LatentError("Latent codes are not finite; use another model.")
         conditions, _, color_tf = self.encoded([inputs])
         of_codes = torch.from_numpy(codes).to(self.device)
         same = conditions.expand(count, -1), of_codes, color_tf.expand(count, -1, -1)
