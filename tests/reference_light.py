@@ -59,7 +59,7 @@ def picture(
     mask = None if inputs.mask is None else inputs.mask.shown
     noise = 0.06 if inputs.is_nearest(volume) else NOISE * noise_of(unit_field(volume))
     if mask is not None:
-        filled = fill(volume.voxels.copy(), ~mask)
+        filled = np.minimum(volume.voxels, fill(volume.voxels.copy(), ~mask))
         volume = replace(volume, voxels=filled).over(scalar_range)
     field = unit_field(volume)
     glow = None

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.scene.mask import Mask
-from model.scene.scene import default_scalar_window
+from model.scene.scene import default_scalar_window, window_above_background
 from model.scene.thinned_volume import ThinnedVolume
 from model.scene.transfer_function import Range, TransferFunction
 from model.scene.volume import Volume
@@ -33,6 +33,12 @@ class OpenedVolume:
     shown: NDArray[np.float64]
     """Places (n, 3) around what the default TF shows, as fractions of the volume's lengths."""
     mask: Mask | None = None  # voxels that are shown at first; None for all
+
+    @property
+    def map_window(self) -> Range:
+        """Scalar values that the map's TFs cover."""
+        lows = self.counts, self.edges, self.volume.scalar_range
+        return window_above_background(*lows, self.window)
 
     @classmethod
     def of(cls, path: Path, volume: Volume, mask: Mask | None = None) -> OpenedVolume:

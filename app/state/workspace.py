@@ -221,7 +221,7 @@ class Workspace(QObject):
         self.is_next = before is not None and before.volume.series == volume.series
         memory = self._start_memory(opened)
         self._is_restored = memory.tf is not None
-        self.latent.session.start_volume(volume, opened.window)
+        self.latent.session.start_volume(volume, opened.map_window)
         is_other = before is None or before.fingerprint != opened.fingerprint
         # With the volume, or before it.
         is_chosen = wanted.model is not None or (is_other and folder == self.model.folder)
@@ -273,7 +273,7 @@ class Workspace(QObject):
         is_rescaled = self.opened is None or self.opened.volume.scale != volume.scale
         self.opened = self.model.opened = opened
         self._scheduler.scale = volume.scale
-        self.latent.session.start_volume(volume, opened.window)
+        self.latent.session.start_volume(volume, opened.map_window)
         self.reference.start(volume, self.model.volume_scene)
         if is_rescaled:
             self._state.default = opened.default

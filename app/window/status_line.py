@@ -59,7 +59,7 @@ class StatusLine(QStatusBar):
         self.addPermanentWidget(self.view)
         self.setSizeGripEnabled(False)
         self._rest = Pause(self, NEWS_MS, lambda: self.say(""))
-        for changed in (state.viewChangeFinished, state.navigationChanged):
+        for changed in (state.viewChanged, state.navigationChanged):
             changed.connect(self._show_view)
         regions.changed.connect(self._name_keys)
         # The sentence may be about the edit that was undone.

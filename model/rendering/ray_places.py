@@ -150,7 +150,8 @@ def values_at(
             is_out, flat = masked[at], volume.shown.reshape(-1)
             places = np.ravel_multi_index(at, masked.shape)[is_out]
             with np.errstate(invalid="ignore"):
-                values[is_out] = means_around(flat, masked, places)
+                means = means_around(flat, masked, places)
+                values[is_out] = np.fmin(values[is_out], means)
         total += np.where(weight > 0, weight * values, 0.0)
         weights += weight
     known = ~missing & (weights > 0)

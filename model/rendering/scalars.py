@@ -117,11 +117,12 @@ def marks_of(volume: Volume, mask: Mask | None) -> NDArray[np.uint8]:
 def masked_scalars(scalars: NDArray[Any], volume: Volume, mask: Mask | None) -> NDArray[Any]:
     """Return scalars in which voxels that a mask hides have values like the shown ones around them.
 
-    Samples at its edge are interpolated with them, and would have values that it hides.
+    Samples at its edge are interpolated with them, and would have values that it hides. Lower
+    values stay, as the surfaces of what is shown fade towards them.
     """
     if mask is None or volume.file.is_labels:
         return scalars
-    return fill(scalars.copy(), masked_voxels(volume, mask))
+    return np.minimum(scalars, fill(scalars.copy(), masked_voxels(volume, mask)))
 
 
 def _clamped_far_out(volume: Volume, voxels: NDArray[Any]) -> NDArray[Any]:

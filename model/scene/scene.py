@@ -6,6 +6,9 @@ import math
 from dataclasses import dataclass, field
 from typing import Any, Literal, get_args
 
+import numpy as np
+from numpy.typing import NDArray
+
 from model.errors import TfscopeError
 from model.json_files import MalformedError, build
 from model.scene.transfer_function import TF_SAMPLES, Range
@@ -242,3 +245,23 @@ def default_scalar_window(volume: Volume) -> Range:
     background = (int(counts.argmax()) + 1) / len(counts) + 3 / 256
     bottom = min(max(background, 0.125), 0.25)
     return lo + bottom * (hi - lo), hi - 0.125 * (hi - lo)
+
+
+FOOT = 0.02  # height at which the background's peak ends, as a fraction of the peak's height
+
+
+def window_above_background(
+    counts: NDArray[np.int64], edges: NDArray[np.float64], scalar_range: Range, window: Range
+) -> Range:
+    """Return a scalar window, begun lower if the background in the histogram ends lower.
+
+    The n bins have n + 1 edges. The background is the most frequent value below the window, with
+    those above it up to the foot of its peak.
+    """
+    is_below = (edges[1:] > scalar_range[0]) & (edges[:-1] < window[0])
+    peak = int(np.where(is_below, counts, 0).argmax())
+    # Of three bins, as scaled integers leave some empty.
+    means = np.convolve(counts, np.full(3, 1 / 3), mode="same")[peak:]
+    (ends,) = np.nonzero(means < FOOT * means[0])
+    end = float(edges[peak + ends[0] + 1]) if len(ends) else window[0]
+    return min(end, window[0]), window[1]

@@ -19,6 +19,7 @@ from model.scene import filling
 from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs
 from model.scene.mask import Mask
+from model.scene.transfer_function import OpacityTF
 from model.scene.view import View
 from model.volume_files.finish import make_volume
 from model.volume_files.grid import Grid
@@ -125,6 +126,20 @@ def test_values_that_a_mask_hides_do_not_appear_at_its_edge(name):
         for number in (199, 7)
     )
     np.testing.assert_array_equal(one, other)
+
+
+@renderers
+def test_a_surface_stays_when_lower_values_next_to_it_are_hidden(name, volume):
+    lo, hi = RANGE
+    middle = lo + 0.4 * (hi - lo)
+    surface = OpacityTF(RANGE, points=((middle, 0.0), (middle + 0.2 * (hi - lo), 0.8), (hi, 0.8)))
+    given = replace(inputs(), opacity_tf=surface)
+    masked = replace(given, mask=Mask.of(volume.voxels >= middle))
+    one, other = (
+        drawn(opened(name), replace(volume, missing=None), each, SIZE, lighting="direct")
+        for each in (given, masked)
+    )
+    assert rms(one - other) < 0.008 and one[..., 3].max() > 0.9
 
 
 @pytest.mark.parametrize(

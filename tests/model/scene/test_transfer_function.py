@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from model.errors import TransferFunctionError
 from model.scene import tf_presets
 from model.scene.default_tf import default_transfer_function, is_smoke
-from model.scene.scene import default_scalar_window
+from model.scene.scene import default_scalar_window, window_above_background
 from model.scene.thinned_volume import ThinnedVolume
 from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF, TransferFunction
 from model.scene.volume import Volume
@@ -252,6 +252,19 @@ def test_modes_lie_in_the_window_with_light_colors_and_a_dark_low_end(volume):
     lightness = [colorsys.rgb_to_hls(*stop[1:])[1] for stop in tf.color.stops]
     assert lightness[0] < 0.4
     assert min(lightness[1:]) > 0.6
+
+
+@pytest.mark.parametrize(
+    ("air", "foot"),
+    # Noise of air, air alone, levels with gaps, and air that is not lower than the window.
+    [(range(20), 22), ([0], 3), ([0, 0, 0, 7], 3), ([120], 64)],
+)
+def test_the_maps_window_begins_above_the_background(air, foot):
+    counts = np.ones(256, int)
+    np.add.at(counts, np.array(air), 10_000)
+    counts[200] = 10**6  # a frequent material
+    edges, window = np.arange(257.0), (64.0, 224.0)
+    assert window_above_background(counts, edges, (0.0, 256.0), window) == (foot, 224)
 
 
 @pytest.mark.parametrize("thickness", [1.0, 3.0, 12.0])
