@@ -4,13 +4,14 @@ import time
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QObject, QRect, QRectF, Qt, QTimer, Signal
+from PySide6.QtCore import QObject, QRect, QRectF, Qt, Signal
 from PySide6.QtGui import QColor, QImage, QPainter, QPen
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from app import theme
 from app.caption_button import CaptionButton, Tone
 from app.controls import Painted, fill, wrapped
+from app.engines.background import Pause
 from app.engines.client import Channel, EngineClient, EngineName, EngineState
 from app.engines.messages import Result
 from app.engines.requests import Image, ReferenceSettings, Request
@@ -76,8 +77,7 @@ class EnginePane(QWidget):
         self._wanted: tuple[SceneInputs, ReferenceSettings | None] | None = None
         self._shown: tuple[SceneInputs, ReferenceSettings | None] | None = None
         self._of: SceneInputs | None = None  # inputs of the present image
-        self._patience = QTimer(self, singleShot=True, interval=PATIENCE_MS)
-        self._patience.timeout.connect(self._be_late)
+        self._patience = Pause(self, PATIENCE_MS, self._be_late)
         fill(QVBoxLayout(self), self.canvas)
         for signal, slot in (
             (self.canvas.resized, self._show_status),

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from model.networks.generator_network import LatentCodec
 
 SAMPLES = 10_000  # number of codes on a map, as in the paper (section 5.2)
+SAMPLING_SEED = 0
 ROBUST_SHARE = 0.005  # share of encoded TFs outside either side of the sampled box
 COLLAPSED_DEVIATION = 1e-4  # standard deviation below which a code's number is unused
 
@@ -71,9 +72,7 @@ class CodeSamples:
     singular_values: NDArray[np.float32]  # (d,): standard deviations along principal axes
 
 
-def sample_codes(
-    codec: TFCodec, tfs: NDArray[np.floating], count: int = SAMPLES, seed: int = 0
-) -> CodeSamples:
+def sample_codes(codec: TFCodec, tfs: NDArray[np.floating], count: int = SAMPLES) -> CodeSamples:
     """Draw codes uniformly, decode them, and encode them again (paper, section 5.2)."""
     known = checked_codes(codec.encode(tfs))
     if (known.std(axis=0) < COLLAPSED_DEVIATION).all():
@@ -82,7 +81,7 @@ def sample_codes(
             "Use a model of another training, or the shipped codec."
         )
     lowest, highest = np.quantile(known, [ROBUST_SHARE, 1 - ROBUST_SHARE], axis=0)
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(SAMPLING_SEED)
     drawn = rng.uniform(lowest, highest, (count, known.shape[1]))
     return samples_of(codec, codec.encode(codec.decode(drawn)))
 

@@ -18,6 +18,7 @@ from model.errors import LatentError, os_errors_as
 from model.files import cache_folder, write_atomically
 from model.latent.codes import (
     SAMPLES,
+    SAMPLING_SEED,
     SHIPPED_CODEC,
     Codes,
     NetworkCodec,
@@ -69,7 +70,6 @@ class TFFrame:
 
 
 KNOWN_TFS = 4000  # random TFs whose codes determine the sampled box
-SAMPLING_SEED = 0
 
 UNIT_SCENE = Scene("any volume", "", (0.0, 1.0), (0.0, 1.0), image_size=16)
 """Scene of the shipped codec's training TFs: the family "drawn" over [0, 1]."""
@@ -120,7 +120,7 @@ class LatentSpace:
 
     def open_map(self, count: int = SAMPLES) -> LatentMap:
         """Return the stored map; without one, new samples along their principal axes."""
-        key = map_key(self.digest, count, SAMPLING_SEED)
+        key = map_key(self.digest, count)
         numbers = self.codec.encode(np.zeros((1, TF_SAMPLES), np.float32)).shape[1]
         for folder in self.folders:
             try:
@@ -131,12 +131,12 @@ class LatentSpace:
                 # Missing or foreign: try the next one.
                 continue
         known = draw_opacity_tfs(self.scene, SAMPLING_SEED, 0, KNOWN_TFS)
-        samples = sample_codes(self.codec, known, count, SAMPLING_SEED)
+        samples = sample_codes(self.codec, known, count)
         return LatentMap(samples, principal_places(samples.codes), is_final=False)
 
     def keep_map(self, codes: Codes, places: Places) -> None:
         """Store a finished map; raise :class:`LatentError` if that fails."""
-        key = map_key(self.digest, len(codes), SAMPLING_SEED)
+        key = map_key(self.digest, len(codes))
         save_map(self.folders[-1] / _file_name(len(codes), key), key, codes, places)
 
 
@@ -153,9 +153,9 @@ MAP_FILE = "map.npz"
 FORMAT = 1
 
 
-def map_key(codec_digest: str, count: int = SAMPLES, seed: int = 0) -> str:
+def map_key(codec_digest: str, count: int = SAMPLES) -> str:
     """Key of the map of a codec by its weights' SHA-256, whatever the libraries' versions."""
-    facts = [FORMAT, codec_digest, count, seed, PERPLEXITY, ITERATIONS]
+    facts = [FORMAT, codec_digest, count, SAMPLING_SEED, PERPLEXITY, ITERATIONS]
     return hashlib.sha256(json.dumps(facts).encode()).hexdigest()
 
 

@@ -122,7 +122,7 @@ def test_responses_of_a_region_are_those_of_small_edits(subject, inputs):
 
 def test_two_scales_of_one_map(subject, inputs):
     known = draw_opacity_tfs(subject.generator.scene, 0, 0, 300)
-    samples = sample_codes(subject.space.codec, known, 200, 0)
+    samples = sample_codes(subject.space.codec, known, 200)
     map_ = LatentMap(samples, principal_places(samples.codes), is_final=True)
     whole = overview(subject, map_, inputs)
     finer = detail(subject, map_, whole)
