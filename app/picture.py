@@ -61,8 +61,8 @@ def compose(
         band /= full
         if background is None or any(background):
             brighten_clear(band, brightness)
-            if background is not None:
-                _put_over(band, background)
+            for channel, level in enumerate(background or ()):
+                band[..., channel] += (1 - band[..., 3]) * np.float32(level / 255)
         else:
             brighten(band[..., :3], brightness)
         band *= 255
@@ -119,12 +119,6 @@ def brighten_clear(rgba: NDArray[np.float32], brightness: float) -> None:
         brighten(rgba[..., :3], brightness)
         for channel in channels:
             channel *= seen
-
-
-def _put_over(band: NDArray[np.float32], background: tuple[int, int, int]) -> None:
-    """Put rows over a background in place."""
-    for channel, level in enumerate(background):
-        band[..., channel] += (1 - band[..., 3]) * np.float32(level / 255)
 
 
 def millimetres(pixels: int) -> float:
