@@ -173,6 +173,9 @@ class Render:
         if session.wrong:
             names = ", ".join(f"'{name}'" for name in session.wrong)
             warn(f"{path}: its {names} could not be read.")
+        mask = self.mask or kept_mask(path, memory)
+        if memory.mask and mask is None:
+            warn(f"{path}: its mask is not in the figure, so all voxels are drawn.")
         lighting = self.lighting
         if lighting is None and memory.lighting != "auto":
             lighting = memory.lighting
@@ -189,7 +192,7 @@ class Render:
             lighting=None if is_model else lighting,
             light=self.light or (memory.light if is_lit else None),
             crop=self.crop or memory.crop,
-            mask=self.mask or kept_mask(path, memory),
+            mask=mask,
             clip=self.clip or memory.clip,
             interpolate=memory.interpolates if self.interpolate is None else self.interpolate,
             brightness=self.brightness or memory.brightness,

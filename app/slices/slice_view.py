@@ -404,10 +404,9 @@ class SlicesColumn(QWidget):
         self.where.setProperty("role", "dim")
         foot = fill(QHBoxLayout(), self.button, margins=(4, 2, 6, 2), spacing=6)
         foot.addLayout(fill(QVBoxLayout(), self.value, self.where), 1)
-        self._rows, lower = QBoxLayout(QBoxLayout.Direction.TopToBottom), QVBoxLayout()
-        self._rows.addWidget(self.views[0], 1)
-        self._rows.addLayout(fill(lower, *self.views[1:], spacing=1), 2)
-        fill(QVBoxLayout(self), fill(self._rows, spacing=1), foot, spacing=1)
+        self._rows, others = QVBoxLayout(), fill(QVBoxLayout(), *self.views[1:], spacing=1)
+        fill(QVBoxLayout(self), fill(self._rows, self.views[0], others, spacing=1), foot, spacing=1)
+        self._rows.setStretch(0, 1)
         state.changed.connect(self.refresh)
         state.viewer.inputsChanged.connect(state.viewer.refreshes.soon(self.refresh))
         state.viewer.navigationChanged.connect(self.refresh)
@@ -417,18 +416,19 @@ class SlicesColumn(QWidget):
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Put the other slices to the right of the first, where all become larger by that."""
         super().resizeEvent(event)
-        widest = max(view.number.width() + 2 * PLACE for view in self.views)
-        is_wide = self.width() > max(2 * self.height() / 3, 2 * widest)
-        directions = QBoxLayout.Direction
-        self._rows.setDirection(directions.LeftToRight if is_wide else directions.TopToBottom)
-        # The layout of hidden slices would take its share, too.
-        self._rows.setStretch(1, 0 if self.large is not None else 1 if is_wide else 2)
+        self.enlarge(self.large)
 
     def enlarge(self, large: int | None) -> None:
         """Show one slice alone, or all three for None."""
         self.large = large
         for number, view in enumerate(self.views):
             view.setVisible(large in (None, number))
+        widest = max(view.number.width() + 2 * PLACE for view in self.views)
+        is_wide = self.width() > max(2 * self.height() / 3, 2 * widest)
+        directions = QBoxLayout.Direction
+        self._rows.setDirection(directions.LeftToRight if is_wide else directions.TopToBottom)
+        # The layout of hidden slices would take its share, too.
+        self._rows.setStretch(1, 0 if large is not None else 1 if is_wide else 2)
 
     def refresh(self) -> None:
         """Show changes of the state, unless the slices are hidden."""

@@ -4,9 +4,10 @@ import imageio.v3 as iio
 import numpy as np
 import pytest
 from PIL import Image
+from PySide6.QtGui import QImage
 
 from app.cli import run
-from app.state.session import Session, SessionContent
+from app.state.session import FIGURE_TEXT, Session, SessionContent
 from app.state.settings import SessionSettings, VolumeMemory
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.scene.crop import CropBox
@@ -173,6 +174,13 @@ def test_options_come_before_the_session(session, tmp_path, capsys):
 def test_other_voxels_a_range_and_a_lost_volume_are_told(session, tmp_path, capsys):
     arguments = ["render", "--session", str(session), "--size", "32", "--renderer", "raycast"]
     out = ["--out", str(tmp_path / "image.png")]
+    figure, holder = session.with_suffix(".png"), QImage(8, 8, QImage.Format.Format_RGB32)
+    shown = Session.load(session)
+    holder.setText(FIGURE_TEXT, shown.text())
+    assert holder.save(str(figure))
+    given = "--session", str(figure), "--volume", str(shown.volume)
+    assert run(["render", *given, *arguments[3:], *out]) == 0
+    assert "its mask is not in the figure" in capsys.readouterr().err
     replace(Session.load(session), fingerprint="of another").save(session)
     assert run([*arguments, *out]) == 0
     assert "voxels differ" in capsys.readouterr().err

@@ -165,6 +165,10 @@ def test_a_double_click_makes_one_large_and_leaves_the_cross_hair(window):
     window.context.preferences.set(large_slice=1)
     window.slices.start_volume(window.workspace.opened)
     assert front.isVisible() and not level.isVisible() and column.width() > small
+    # All are as wide again, even if the column keeps its width.
+    column.enlarge(None)
+    QTest.qWait(0)
+    assert np.ptp([view.width() for view in views(window)]) <= 2
 
 
 def test_a_wide_column_has_slices_next_to_each_other(monkeypatch, window):
