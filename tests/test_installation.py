@@ -88,9 +88,8 @@ def test_apt_get_installs_or_the_exact_command_is_printed(monkeypatch, capsys, w
     monkeypatch.setattr(system_libraries.subprocess, "run", record)
     assert system_libraries.install(["libegl1"]) == (not with_rights)
     if with_rights:
-        assert [command[:4] for command in ran] == [
-            ["sudo", "-n", "apt-get", verb] for verb in ("update", "install")
-        ]
+        wanted = [["sudo", "-n", "apt-get", verb] for verb in ("update", "install")]
+        assert [command[:4] for command in ran] == wanted
         assert ran[1][-1] == "libegl1"
     else:
         printed = capsys.readouterr().err

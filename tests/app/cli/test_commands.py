@@ -206,9 +206,8 @@ def test_what_is_rendered_already_needs_no_more_room(samples, raw_file, monkeypa
 def test_the_window_opens_the_volume_of_a_model(opened):
     for folder in shipped_models():
         run(["--model", str(folder)])
-        assert (
-            read_volume(opened[-1].volume).fingerprint == load_card(folder).scene.volume_fingerprint
-        )
+        fingerprint = load_card(folder).scene.volume_fingerprint
+        assert read_volume(opened[-1].volume).fingerprint == fingerprint
 
 
 BAD_INPUT = [

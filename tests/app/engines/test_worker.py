@@ -233,9 +233,8 @@ class Spy:
         self.states = []
         self.results = []
         self.client.stateChanged.connect(self.states.append)
-        self.seen, self.other = (
-            Channel(self.client, name, self.client) for name in ("visibility", "other")
-        )
+        names = "visibility", "other"
+        self.seen, self.other = (Channel(self.client, name, self.client) for name in names)
         for channel in (self.client.images, self.seen, self.other):
             channel.answered.connect(self.results.append)
 
@@ -270,9 +269,8 @@ def test_an_engine_draws_before_it_answers(qtbot, spy):
         return FakeEngine()
 
     spy.client.start(build, "Loading …")
-    question = requests.VisibilityRequest(
-        make_request(1).inputs, make_request(1).quality, (Region(0, 0, 4, 4),)
-    )
+    of = make_request(1)
+    question = requests.VisibilityRequest(of.inputs, of.quality, (Region(0, 0, 4, 4),))
     spy.seen.ask(question)
     spy.client.submit(make_request(2))
     assert spy.states == [EngineState.LOADING]

@@ -101,9 +101,8 @@ def test_all_stops_are_measured_while_it_is_open(qtbot, make_window, builders):
     assert f"{whole.width} × {whole.height} pixels" in said and "moving" not in said
     # Each stop has the finest image that it has time for, or the fastest.
     seconds = [0.005, 0.02, 0.06, 0.11, 0.3, 0.5]
-    trade_off.found = tuple(
-        replace(each, seconds=s) for each, s in zip(trade_off.found, seconds, strict=True)
-    )
+    pairs = zip(trade_off.found, seconds, strict=True)
+    trade_off.found = tuple(replace(each, seconds=s) for each, s in pairs)
     assert {image.seconds: names for image, names in trade_off.stops.items()} == {
         0.02: ["fast"], 0.06: ["balanced"], 0.5: ["exact"],
     }  # fmt: skip

@@ -60,9 +60,8 @@ def test_the_wheel_zooms_to_the_cursor(qtbot, state, canvas):
         assert state.live
     expected = gestures.zoom(HOME_VIEW, 1, (0.5, 0.25))
     got = state.view
-    assert (got.distance, got.pan_x, got.pan_y) == pytest.approx(
-        (expected.distance, expected.pan_x, expected.pan_y)
-    )
+    wanted = expected.distance, expected.pan_x, expected.pan_y
+    assert (got.distance, got.pan_x, got.pan_y) == pytest.approx(wanted)
     assert expected.pan_x < 0
     # A touchpad sends pixels.
     before = state.view.distance

@@ -154,9 +154,8 @@ def test_a_dragged_line_stretches_the_tf_and_back(editor, state):
     np.testing.assert_allclose(stretched.color.sample(), before.color.sample(), atol=1e-6)
     drag(editor, end, start)
     values = np.linspace(100.0, 200.0, 50)
-    np.testing.assert_allclose(
-        state.transfer_function.opacity(values), before.opacity(values), atol=0.05
-    )
+    found = state.transfer_function.opacity(values)
+    np.testing.assert_allclose(found, before.opacity(values), atol=0.05)
 
 
 RANGES = [

@@ -462,9 +462,8 @@ def test_a_wiped_figure_has_a_left_of_the_line_and_b_right_of_it(ground):
     for x, image in ((90, a), (110, b)):
         pixel = shown.pixelColor(x, 150)
         levels = [pixel.redF() * pixel.alphaF(), pixel.alphaF()]
-        assert levels == pytest.approx(
-            [image[0, 0, 0], image[0, 0, 3] if ground is None else 1], abs=0.01
-        )
+        expected = [image[0, 0, 0], image[0, 0, 3] if ground is None else 1]
+        assert levels == pytest.approx(expected, abs=0.01)
     # The line, and the legend of both.
     assert shown.pixelColor(100, 150).red() > 130
     assert len({shown.pixel(x, 250) for x in range(250, 400)}) > 10

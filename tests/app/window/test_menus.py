@@ -170,9 +170,8 @@ def walked(qtbot, window, key=Qt.Key.Key_Tab):
 def controls(window):
     for widget in window.findChildren(QWidget):
         inner = isinstance(widget.parentWidget(), (QAbstractSpinBox, QLineEdit, QComboBox))
-        is_shown = (
-            widget.isVisible() and widget.isEnabled() and not widget.visibleRegion().isEmpty()
-        )
+        is_seen = widget.isVisible() and not widget.visibleRegion().isEmpty()
+        is_shown = is_seen and widget.isEnabled()
         # By keys, the planes of the crop box are moved in the number boxes.
         is_for_mice = isinstance(widget, QDoubleRangeSlider)
         if isinstance(widget, CONTROLS) and is_shown and not (inner or is_for_mice):

@@ -208,9 +208,8 @@ def shown(crop_card):
 
 
 def test_typed_voxels_are_planes_through_their_centers(qtbot, state, crop_card):
-    with qtbot.waitSignals(
-        [state.crop_input.changed, state.crop_input.changeFinished], order="strict"
-    ):
+    both = [state.crop_input.changed, state.crop_input.changeFinished]
+    with qtbot.waitSignals(both, order="strict"):
         type_into(crop_card.planes[0][0], "26")
     assert state.crop == CropBox((0.25, 0.0, 0.0), (1.0, 1.0, 1.0))
     type_into(crop_card.planes[2][1], "11")

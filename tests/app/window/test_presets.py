@@ -93,9 +93,8 @@ def test_the_users_own_presets_are_kept_replaced_and_removed(make_window, tmp_pa
     assert menu.listed()[-1].tf == make_tf(140.0)
     removal = entries["Remove preset"].menu()
     with monkeypatch.context() as patch:
-        patch.setattr(
-            transfer_function, "write_atomically", Mock(side_effect=OSError(28, "disk full"))
-        )
+        full = Mock(side_effect=OSError(28, "disk full"))
+        patch.setattr(transfer_function, "write_atomically", full)
         save("Lung", 140.0)
         assert "(disk full); make room there, or use File > Save TF." in window.notice.text
         patch.setattr(Path, "unlink", Mock(side_effect=OSError(16, "busy")))

@@ -42,9 +42,8 @@ def test_pictures_of_few_samples_are_finished_and_those_of_many_denoised(
     assert cleaning is not None
     alone, finishing = (each(inputs, raster) for each in (denoiser, cleaning))
     for traced in tracer.refine(inputs, raster, 2 * MOST_SAMPLES):
-        plain, found = (
-            each.clean(traced.radiance, traced, traced.samples) for each in (alone, finishing)
-        )
+        given = traced.radiance, traced, traced.samples
+        plain, found = (each.clean(*given) for each in (alone, finishing))
         assert found.shape == (31, 41, 3)
         assert np.array_equal(plain, found) == (traced.samples > MOST_SAMPLES)
     # Nothing shines where nothing is.

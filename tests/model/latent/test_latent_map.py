@@ -86,9 +86,8 @@ def test_cell_means(codes, places):
             assert cells.count[row, column] == inside.sum() > 0
             mean = codes[inside].mean(axis=0, dtype=np.float64)
             assert cells.codes[row, column] == pytest.approx(mean, rel=1e-5, abs=1e-6)
-            assert cells.places[row, column] == pytest.approx(
-                places[inside].mean(axis=0, dtype=np.float64), abs=1e-6
-            )
+            middle = places[inside].mean(axis=0, dtype=np.float64)
+            assert cells.places[row, column] == pytest.approx(middle, abs=1e-6)
     # Empty cells have no code.
     cells = cell_means(codes[:1], np.full((1, 2), 0.9, np.float32), (0, 0, 1, 1))
     assert cells.count.sum() == cells.count[0, 3] == 1

@@ -180,9 +180,8 @@ SMALL = path_light_network.PathLightSize(8)
 
 def seen_inputs(samples=2):
     generator = torch.Generator().manual_seed(1)
-    colors = {
-        name: torch.rand(2, 3, 32, 48, generator=generator) for name in path_light_network.COLORS
-    }
+    names = path_light_network.COLORS
+    colors = {name: torch.rand(2, 3, 32, 48, generator=generator) for name in names}
     return path_light_network.network_inputs(
         colors, torch.rand(2, 1, 32, 48, generator=generator), samples
     )

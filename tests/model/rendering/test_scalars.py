@@ -62,9 +62,8 @@ def test_floats_are_clamped_far_beyond_the_range_only(dtype, outlier):
     chosen = (0.25, 0.5)
     scalars, (lo, hi) = renderable_scalars(Volume(voxels).over(chosen), NATIVE)
     exact = (voxels.astype(float) - 0.25) / 0.25
-    np.testing.assert_allclose(
-        (scalars - np.float64(lo)) / (hi - lo), exact.clip(-BEYOND, 1 + BEYOND), rtol=1e-6
-    )
+    shares = (scalars - np.float64(lo)) / (hi - lo)
+    np.testing.assert_allclose(shares, exact.clip(-BEYOND, 1 + BEYOND), rtol=1e-6)
     # What lies between the outlier and its neighbours has the digits that a TF's bins need.
     share = np.float32(1e-3)
     between = scalars[1, 2, 2] + share * (scalars[1, 2, 3] - scalars[1, 2, 2])

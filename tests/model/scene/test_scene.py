@@ -200,12 +200,8 @@ def test_a_view_that_is_upside_down_is_reported_with_the_axis():
 def test_known_colours():
     # CIELAB of sRGB red under D65, from the standard's formulas: L 53.24, a 80.09, b 67.20.
     red = rgb_to_lab(np.array([1.0, 0.0, 0.0], np.float32))
-    expected = [
-        53.24 / 50 - 1,
-        2 * (80.09 + 86.185) / 184.439 - 1,
-        2 * (67.20 + 107.863) / 202.345 - 1,
-    ]
-    np.testing.assert_allclose(red, expected, atol=1e-3)
+    expected = 53.24 / 50, 2 * (80.09 + 86.185) / 184.439, 2 * (67.20 + 107.863) / 202.345
+    np.testing.assert_allclose(red + 1, expected, atol=1e-3)
     # Those outside the cube are clipped, not NaN.
     wild = np.array([[-3.0, 0.5, 7.0], [1.001, -1e-9, 0.2]], np.float32)
     np.testing.assert_array_equal(rgb_to_lab(wild), rgb_to_lab(np.clip(wild, 0, 1)))
@@ -229,9 +225,8 @@ def test_a_rectangle_has_its_pixels():
 
 def test_a_lasso_has_the_pixels_whose_centres_are_inside():
     angles = np.linspace(0, 2 * np.pi, 90, endpoint=False)
-    circle = Outline(
-        tuple(zip(0.5 + 0.3 * np.cos(angles), 0.4 + 0.3 * np.sin(angles), strict=True))
-    )
+    points = zip(0.5 + 0.3 * np.cos(angles), 0.4 + 0.3 * np.sin(angles), strict=True)
+    circle = Outline(tuple(points))
     y, x = (np.mgrid[:64, :64] + 0.5) / 64
     expected = (x - 0.5) ** 2 + (y - 0.4) ** 2 < 0.3**2
     assert (circle.mask(64) != expected).mean() < 0.01
@@ -245,9 +240,8 @@ def test_an_outline_refers_to_the_square_in_the_middle_of_a_wider_image():
     np.testing.assert_array_equal(high[6:14], square.mask(8))
     assert wide.sum() == high.sum() == square.mask(8).sum()
     beside = Outline.rectangle(1.25, 0.0, 3.0, 0.5)
-    assert np.argwhere(beside.mask((8, 20))).tolist() == [
-        [r, c] for r in range(4) for c in range(16, 20)
-    ]
+    pixels = [[row, column] for row in range(4) for column in range(16, 20)]
+    assert np.argwhere(beside.mask((8, 20))).tolist() == pixels
     assert Outline().mask((8, 20)).all() and Region(15, 0, 20, 8).mask((8, 20)).sum() == 40
     assert square.is_in_square and not beside.is_in_square
 

@@ -210,9 +210,8 @@ def test_a_ct_on_another_scale_has_the_same_presets():
     other = named(ct(np.random.default_rng(0), scale, shift))
     for name in ("Bone white", "Skin"):
         for value in (-1000.0, 40.0, 900.0):
-            assert other[name].opacity(value * scale + shift) == pytest.approx(
-                own[name].opacity(value), abs=0.1
-            )
+            expected = own[name].opacity(value)
+            assert other[name].opacity(value * scale + shift) == pytest.approx(expected, abs=0.1)
 
 
 def test_bone_without_soft_tissue_is_opaque():
@@ -282,9 +281,8 @@ def test_a_hollow_ball_is_opaque_enough_to_be_seen(thickness):
 @pytest.mark.parametrize("limits", [(0.0, 1.0), (-1000.0, 3000.0), (1e-9, 3e-9), (0.0, 1e12)])
 def test_the_default_follows_the_units_of_the_data(limits):
     lo, hi = limits
-    places = [
-        (m.mean - lo) / (hi - lo) for m in default_transfer_function(uniform(lo, hi)).opacity.modes
-    ]
+    modes = default_transfer_function(uniform(lo, hi)).opacity.modes
+    places = [(mode.mean - lo) / (hi - lo) for mode in modes]
     unit = [m.mean for m in default_transfer_function(uniform(0.0, 1.0)).opacity.modes]
     assert places == pytest.approx(unit, abs=0.01)
 

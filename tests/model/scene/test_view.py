@@ -139,17 +139,13 @@ def test_the_home_view_is_filled_by_the_part_that_is_shown(up, reach):
     image = projected(home, proportions, box) + np.array([home.pan_x, home.pan_y])
     low, high = image.min(axis=0), image.max(axis=0)
     width, height = (high - low) / (4 * np.array(reach))
+    filled = [height / orientation.FILLED, width / (1 - orientation.MARGIN)]
     if reach == SQUARE:
         # Models' pictures are not panned: what lies beside the middle is all in the image.
         assert (home.pan_x, home.pan_y) == (0.0, 0.0)
-        filled = (
-            height / orientation.FILLED,
-            width / (1 - orientation.MARGIN),
-            np.abs(image).max() / (1 - orientation.MARGIN),
-        )
+        filled.append(np.abs(image).max() / (1 - orientation.MARGIN))
     else:
         np.testing.assert_allclose(low, -high, atol=1e-6)
-        filled = (height / orientation.FILLED, width / (1 - orientation.MARGIN))
     assert max(filled) == pytest.approx(1, abs=1e-4)
 
 
@@ -194,10 +190,8 @@ def test_what_the_tf_shows_fills_the_height_of_the_image_from_its_best_side(name
     home = orientation.home_view(volume.proportions, points=points, reach=reach)
     assert (home.azimuth, home.elevation) == angles
     # All corners of the cells that are shown, in the picture of VTK's camera.
-    places = (np.argwhere(shown)[:, None, ::-1] + orientation.WHOLE).reshape(
-        -1, 3
-    ) / volume.dimensions
-    image = projected(home, volume.proportions, places=places)
+    ends = (np.argwhere(shown)[:, None, ::-1] + orientation.WHOLE).reshape(-1, 3)
+    image = projected(home, volume.proportions, places=ends / volume.dimensions)
     image += (home.pan_x, home.pan_y)
     width, height = np.ptp(image, axis=0) / (4 * np.array(reach))
     assert height == pytest.approx(orientation.FILLED, abs=0.025) or (
@@ -223,9 +217,8 @@ def test_a_patient_is_seen_from_the_front_unless_a_neighbour_shows_much_more(len
 @pytest.mark.parametrize("name", orientation.STANDARD_VIEWS)
 def test_standard_views_look_from_their_faces(name):
     view = orientation.standard_view(name, PLACED, "-y", front="+x")
-    assert view.basis()[2] == pytest.approx(
-        axis_direction(orientation.faces("-y", "+x")[name]), abs=1e-9
-    )
+    towards = axis_direction(orientation.faces("-y", "+x")[name])
+    assert view.basis()[2] == pytest.approx(towards, abs=1e-9)
     assert view.with_basis(PLACED.basis()) == replace(PLACED, pan_x=0.0, pan_y=0.0)
 
 

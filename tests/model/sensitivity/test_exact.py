@@ -180,9 +180,8 @@ def test_the_parts_of_a_region_add_up():
     for part in (lasso, pixel):
         mask = part.mask(16)
         inside = change_norms(renderer, inputs, 16, part, 0.0)
-        outside, _ = (
-            renderer.squared_changes(inputs, 16, windows_of(m), np.eye(256)) for m in (~mask, mask)
-        )
+        windows = map(windows_of, (~mask, mask))
+        outside, _ = (renderer.squared_changes(inputs, 16, w, np.eye(256)) for w in windows)
         np.testing.assert_allclose(
             np.sqrt(inside.astype(float) ** 2 + outside), whole, rtol=1e-4, atol=1e-7
         )

@@ -235,9 +235,8 @@ def test_recorded_steps_learn_what_others_do():
 
 def test_the_losses_of_a_pass_are_those_of_a_step(monkeypatch):
     """Without a GPU: the pass as it would be recorded, made anew each time."""
-    monkeypatch.setattr(
-        "model.training.stage.RecordedPass.run", lambda self, batch: self._run(batch)
-    )
+    name = "model.training.stage.RecordedPass.run"
+    monkeypatch.setattr(name, lambda self, batch: self._run(batch))
     device = torch.device("cpu")
     plain = losses_of_steps(device, False, 5)
     for one, other in zip(plain, losses_of_steps(device, True, 5), strict=True):

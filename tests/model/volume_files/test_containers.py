@@ -76,9 +76,8 @@ def test_the_largest_of_several_arrays_that_is_no_mask(tmp_path):
     names = [content.name for content in volume.file.contents]
     assert names == ["values", "small", "mask"]
     check(read_volume(path, choice=Choice(array="small")), FLOATS[:3])
-    refused(
-        path, "no array 'nothing'; there are values, small, mask", choice=Choice(array="nothing")
-    )
+    said = "no array 'nothing'; there are values, small, mask"
+    refused(path, said, choice=Choice(array="nothing"))
 
 
 def test_voxel_sizes_in_attributes_of_hdf5(tmp_path):
@@ -421,9 +420,8 @@ def test_hdf5_by_itk_is_where_itk_has_it(tmp_path):
     sitk.WriteImage(image, str(tmp_path / "a.h5"))
     volume = read_volume(tmp_path / "a.h5")
     check(volume, CODED, "oblique", spacing=(0.5, 0.5, 2), origin=(10, 20, 30))
-    np.testing.assert_allclose(
-        np.array(volume.file.directions).T.ravel(), image.GetDirection(), atol=1e-12
-    )
+    directions = np.array(volume.file.directions).T.ravel()
+    np.testing.assert_allclose(directions, image.GetDirection(), atol=1e-12)
 
 
 @pytest.mark.parametrize("kind", ["OverlappingAMR", "UnstructuredGrid", "FLASH"])

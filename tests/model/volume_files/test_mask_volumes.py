@@ -98,9 +98,8 @@ def test_labels_of_another_grid_are_resampled_where_they_lie(tmp_path, turn):
     labels.SetSpacing((1.0, 2.1, 2.9))
     labels.SetOrigin((11.0, -18.5, 33.0))
     labels.SetDirection(np.array(TURNED).T[:, turn].ravel().tolist())
-    expected = SimpleITK.Resample(
-        labels, image, SimpleITK.Transform(), SimpleITK.sitkNearestNeighbor
-    )
+    how = SimpleITK.Transform(), SimpleITK.sitkNearestNeighbor
+    expected = SimpleITK.Resample(labels, image, *how)
     for name in ("labels.nrrd", "labels.nii.gz"):
         SimpleITK.WriteImage(labels, str(tmp_path / name))
         found = read_labels(tmp_path / name, scan)

@@ -32,9 +32,8 @@ def test_vti_encodings(tmp_path, mode, compressor, encode):
 def test_legacy_vtk_in_ascii(tmp_path, dtype):
     array = voxels(dtype) if dtype in files.INTEGER_TYPES else np.round(voxels(dtype), 2)
     volume = read_volume(files.write_legacy(tmp_path / "a.vtk", array, binary=False))
-    np.testing.assert_allclose(
-        volume.voxels, array, rtol=0 if dtype in files.INTEGER_TYPES else 1e-5
-    )
+    rtol = 0 if dtype in files.INTEGER_TYPES else 1e-5
+    np.testing.assert_allclose(volume.voxels, array, rtol=rtol)
     assert volume.voxels.dtype == dtype
 
 
