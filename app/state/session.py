@@ -10,7 +10,6 @@ from typing import Any
 
 from PySide6.QtGui import QImageReader
 
-from app.state.edited_tf import PaneName
 from app.state.latent_session import LatentChoices
 from app.state.sensitivity_state import Choices
 from app.state.settings import Place, SessionSettings, Share, VolumeMemory
@@ -39,7 +38,6 @@ class SessionContent:
     band: Range | None = None
     latent: LatentChoices = field(default_factory=LatentChoices)
     wipe: Share | None = None  # A's share of the width, where A and B are in one image
-    pane: PaneName = "A"  # the edited one of A and B
     line: tuple[Place, Place] | None = None  # ends of the measured line
     difference: bool = False  # whether the difference of the images is shown
 

@@ -130,6 +130,7 @@ class VolumeMemory:
     tf: TransferFunction | None = None
     tf_b: TransferFunction | None = None  # B's TF; A's is `tf`
     compares: bool = False  # whether B is shown
+    pane: Literal["A", "B"] = "A"  # the edited one
     look_b: LookOfB = field(default_factory=LookOfB)
     up_axis: Literal["", "+x", "-x", "+y", "-y", "+z", "-z"] = ""
     raw_layout: str = ""

@@ -256,6 +256,8 @@ class ViewerState(ViewNavigation):
         tf, tf_b = (each and fit_to_range(each, default.scalar_range) for each in of_scale)
         compares = bool(others.get("compares"))
         self.tf_input.start(tf or default, tf_b, compares, others.get("look_b"))
+        if self.tf_input.compares:
+            self.tf_input.focus(others.get("pane", "A"))
 
     def reset_transfer_function(self) -> None:
         """Restore the volume's default TF, as an edit that can be undone."""

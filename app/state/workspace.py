@@ -333,7 +333,8 @@ class Workspace(QObject):
 
     def _keep_b(self) -> None:
         tf_input = self._state.tf_input
-        self.keep(tf_b=tf_input.of("B"), compares=tf_input.compares, look_b=tf_input.look)
+        shown = {"compares": tf_input.compares, "pane": tf_input.pane}
+        self.keep(tf_b=tf_input.of("B"), look_b=tf_input.look, **shown)
 
     def _mask_name(self, mask: Mask | None) -> str:
         """Keep the open volume's mask; return its name in the memory."""

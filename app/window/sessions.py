@@ -122,6 +122,7 @@ class Sessions(QObject):
             tf=tf_input.of("A"),
             tf_b=tf_input.of("B"),
             compares=tf_input.compares,
+            pane=tf_input.pane,
             look_b=look_b,
             view=state.view,
             **{name: each.value for name, each in state.edited.items()}
@@ -135,10 +136,8 @@ class Sessions(QObject):
         wipe = self._wipe.share if self._wipe.is_shown else None
         line = self._overlays.subject.line
         ends = (line[0], line[1]) if len(line) == 2 else None
-        edited, difference = tf_input.pane, self._error.is_wanted
-        content = SessionContent(
-            memory, settings, choices, kept, latent, wipe, edited, ends, difference
-        )
+        difference = self._error.is_wanted
+        content = SessionContent(memory, settings, choices, kept, latent, wipe, ends, difference)
         return Session(opened.path, opened.fingerprint, content, self._workspace.model.folder)
 
     def texts_for(self, figure: Path | None) -> dict[str, str]:
@@ -246,7 +245,6 @@ class Sessions(QObject):
         if memory.compares:
             self._wipe.put(self._wipe.share if content.wipe is None else content.wipe)
             self._memory.panes.show_b(True, content.wipe is not None)
-            context.state.tf_input.focus(content.pane)
         self._overlays.subject = replace(self._overlays.subject, line=content.line or ())
         if path != self._before_path:
             self._preferences.note_recent("sessions", path)

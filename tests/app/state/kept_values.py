@@ -28,7 +28,7 @@ SETTINGS = Settings(
 )  # fmt: skip
 MEMORY = VolumeMemory(
     path="/data/a.raw", models=("/data/model",), tf=make_tf(140.0),
-    tf_b=make_tf(120.0), compares=True, look_b=LookOfB("path", "vtk"), up_axis="-y",
+    tf_b=make_tf(120.0), compares=True, pane="B", look_b=LookOfB("path", "vtk"), up_axis="-y",
     raw_layout="8x8x8_uint8", choice="t=2",
     view=View(30.0, -20.0, 5.0, 1.5, 0.1, 0.0, is_orthographic=True),
     lighting="soft", light=LightDirection(50.0, -20.0), light_b=LightDirection(10.0, 0.0),

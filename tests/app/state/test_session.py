@@ -28,7 +28,6 @@ CONTENT = SessionContent(
     (120.0, 140.0),
     LatentChoices(True, True, "model", (90.0, 120.0)),
     0.3,
-    "B",
     ((0.1, 0.2, 0.3), (1.0, 0.0, 0.5)),
     True,
 )

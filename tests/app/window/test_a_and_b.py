@@ -408,7 +408,7 @@ def test_sessions_and_the_next_run_bring_b_back(qtbot, start_again, builders, tm
     window.close()
     window = start_again(volume)
     assert window.state.tf_input.of("B") == OTHER and window.panes.compares
-    assert window.state.tf_input.pane == "A"
+    assert window.state.tf_input.pane == "B"
     assert window.workspace.reference.settings_b.lighting == "soft"
     assert lights(window) == [LightDirection(), LIGHT]
     window.workspace.reference.swap()

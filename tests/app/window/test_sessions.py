@@ -113,7 +113,8 @@ def test_all_comes_back(qtbot, start_again, builders, volume, tmp_path):
     window.wipe.put(0.3)
     window.top_bar.difference.click()
     saved = window.sessions.session()
-    assert (saved.content.wipe, saved.content.pane, saved.content.difference) == (0.3, "B", True)
+    content = saved.content
+    assert (content.wipe, content.memory.pane, content.difference) == (0.3, "B", True)
     window.sessions.save(path)
     window.wipe.put(0.6)
     window.top_bar.difference.click()
