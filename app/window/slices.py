@@ -79,10 +79,15 @@ class Slices(QObject):
         for view in under:
             view.fit()
         if not under:
-            inputs = self._context.state.inputs
+            state = self._context.state
+            inputs, shape = state.inputs, state.proportions
             box = inputs.crop or CropBox()
-            shown = corners(box if inputs.mask is None else inputs.mask.within(box))
-            self._context.state.view_whole(shown)
+            box = box if inputs.mask is None else inputs.mask.within(box)
+            shown = corners(box)
+            if inputs.clip is not None:
+                kept = shown[inputs.clip.depths(shown, shape) > 0]
+                shown = np.vstack([kept, inputs.clip.outline(box, shape)])
+            state.view_whole(shown if len(shown) else corners(box))
 
     def take_piece(self, alone: bool) -> None:
         """Show a piece alone, or cut it away: under the mouse in a slice, or at the cross-hair."""

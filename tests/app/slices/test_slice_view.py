@@ -14,6 +14,7 @@ from rested_window import open_volume, press, rested, settle
 
 from model.rendering.ray_places import ray_places, values_at
 from model.scene.clip_plane import ClipPlane
+from model.scene.crop import CropBox
 from model.scene.mask import Mask
 from model.scene.slices import place_at, voxel_of
 from model.scene.transfer_function import ColorTF, OpacityTF, TransferFunction
@@ -211,6 +212,15 @@ def test_zoom_pan_and_window_of_gray_by_the_mouse(qtbot, window):
         shown = at(window, view, 3, 4, 0) - at(window, view, 0, 0, 0)
         assert (shown - whole).manhattanLength() <= 2
         assert (window.state.view != seen) == changes
+    # What a plane leaves is as large as if a crop box left it.
+    lower, found = CropBox(high=(1.0, 1.0, 0.5)), []
+    clip, crop = window.state.clip_input, window.state.crop_input
+    for cut, value in ((crop, lower), (clip, ClipPlane((0.0, 0.0, 1.0), 0.0))):
+        cut.set(value)
+        press(qtbot, window, Qt.Key.Key_F)
+        found.append(window.state.view)
+        cut.set(None)
+    assert found[0].distance == pytest.approx(found[1].distance) != seen.distance
     # A right drag changes the window of gray.
     low, high = state(window).window
     drag(view.viewport(), point, point + QPoint(20, 0), button=Qt.MouseButton.RightButton)

@@ -48,9 +48,8 @@ class Client(QObject):
         channel.deliver(Result(request, Image(rgba, 0.1, is_last=is_last)))
 
 
-generator, reference, analyst = (
-    pytest.fixture(lambda: Client(), name=name) for name in ("generator", "reference", "analyst")
-)
+names = "generator", "reference", "analyst"
+generator, reference, analyst = (pytest.fixture(lambda: Client(), name=each) for each in names)
 
 
 @pytest.fixture

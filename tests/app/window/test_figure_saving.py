@@ -171,9 +171,8 @@ def test_figures_of_both_images_begin_as_the_screen_and_wait_for_both(
     for shown in choices[2:]:
         window.panes.shown = shown
         window.saving.ask()
-    assert [(one.which, one.legend, one.scale_bar) for one in begun] == [
-        (which, which != "both", which != "both") for which in choices
-    ]
+    expected = [(which, which != "both", which != "both") for which in choices]
+    assert [(one.which, one.legend, one.scale_bar) for one in begun] == expected
     window.panes.shown = "both"
     for which in choices[:3]:
         choice = FigureChoice(404, 200, (0, 0, 0), which=which)

@@ -92,9 +92,8 @@ def test_what_is_finished_is_not_trained_again_and_what_was_stopped_goes_on(plan
     assert steps == [1, 1, 1, 2]
     steps.clear()
     again = []
-    first = run_study(
-        STUDY, plan, lambda v: again.append(v.name), lambda r: steps.append(r.samples)
-    )
+    note = lambda v: again.append(v.name), lambda r: steps.append(r.samples)
+    first = run_study(STUDY, plan, *note)
     assert steps == [16, 24]
     assert first == json.loads(json.dumps(run_study(STUDY, plan)))
 

@@ -28,9 +28,8 @@ def test_kinds_have_their_shares():
 def test_the_papers_family_draws_its_mixtures_as_before():
     one, other = np.random.default_rng(5), np.random.default_rng(5)
     for _ in range(20):
-        assert random_inputs.draw_opacity_tf(one, PAPER) == random_inputs.opacity_tf_of(
-            "modes", other, PAPER
-        )
+        expected = random_inputs.opacity_tf_of("modes", other, PAPER)
+        assert random_inputs.draw_opacity_tf(one, PAPER) == expected
 
 
 def test_a_samples_kind_is_that_of_its_tf():

@@ -67,9 +67,8 @@ def test_what_mask_and_clipping_plane_cut_away_is_known_of_each_voxel(volume, up
     ("up", "labels"), [("+z", LPS), ("+z", tuple("RLAPSI")), ("-y", tuple("APISLR")), ("+z", ())]
 )
 def test_patients_are_seen_as_radiologists_see_them(up, labels):
-    names, edges = zip(
-        *((plane.name, plane.edges) for plane in slices.planes_of(up, labels)), strict=True
-    )
+    planes = slices.planes_of(up, labels)
+    names, edges = (tuple(getattr(each, what) for each in planes) for what in ("name", "edges"))
     if labels:
         assert names == ("Axial", "Coronal", "Sagittal")
         assert edges == (tuple("RLPA"), tuple("RLIS"), tuple("APIS"))
@@ -89,9 +88,8 @@ def test_places_are_those_of_another_library(volume, scale):
     placed = Volume(volume.voxels, tuple(spacing), tuple(origin), file=facts)
     for voxel in ((0, 0, 0), (5, 4, 3), (2, 3, 1)):
         truth = np.array(image.TransformIndexToPhysicalPoint(voxel))
-        letters, numbers = zip(
-            *slices.coordinates(placed, slices.place_at(placed, voxel)), strict=True
-        )
+        found = slices.coordinates(placed, slices.place_at(placed, voxel))
+        letters, numbers = zip(*found, strict=True)
         assert numbers == pytest.approx(np.abs(truth), rel=1e-9)
         assert letters == tuple(np.where(truth < 0, list("RAI"), list("LPS")))
 

@@ -177,9 +177,8 @@ def named(values, units=""):
 
 
 def test_those_of_ct_show_what_their_names_say():
-    assert tf_presets.looks_like_hu((-1000.0, 3000.0)) and not tf_presets.looks_like_hu(
-        (0.0, 4095.0)
-    )
+    assert tf_presets.looks_like_hu((-1000.0, 3000.0))
+    assert not tf_presets.looks_like_hu((0.0, 4095.0))
     found = named(ct(np.random.default_rng(0)))
     bone, skin, vessels = (found[name].opacity for name in ("Bone white", "Skin", "Vessels"))
     air, muscle, contrast, dense = -1000.0, 40.0, 300.0, 900.0

@@ -91,9 +91,8 @@ def test_the_field_holds_the_sensitivity_of_each_block(sensitivity, block):
     blocks = -(-32 // block)
     assert field.shape == (blocks, blocks, 256)
     row, column = blocks - 1, blocks // 2
-    region = Region(
-        column * block, row * block, min(column * block + block, 32), min(row * block + block, 32)
-    )
+    left, top = column * block, row * block
+    region = Region(left, top, min(left + block, 32), min(top + block, 32))
     scale = np.abs(field).max()
     np.testing.assert_allclose(field[row, column], sensitivity.region(region), atol=1e-6 * scale)
 

@@ -37,9 +37,8 @@ def test_independent_dimensions_have_full_rank_and_copies_rank_one():
     torch.manual_seed(0)
     codes = torch.randn(20000, 8)
     assert monitor.latent_health(codes)["latent_rank"] == pytest.approx(8.0, abs=0.02)
-    assert monitor.latent_health(codes[:, :1].expand(-1, 8))["latent_rank"] == pytest.approx(
-        1.0, abs=1e-6
-    )
+    copies = monitor.latent_health(codes[:, :1].expand(-1, 8))
+    assert copies["latent_rank"] == pytest.approx(1.0, abs=1e-6)
     # Two dimensions with variances 3 and 1: the entropy of (3/4, 1/4).
     pair = codes[:, :2] * torch.tensor([math.sqrt(3.0), 1.0])
     entropy = -(0.75 * math.log(0.75) + 0.25 * math.log(0.25))

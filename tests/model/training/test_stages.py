@@ -146,9 +146,8 @@ def test_a_batch_too_large_for_the_memory_is_learned_from_in_parts(batch, advers
     (whole, losses), (parts, losses_in_parts) = trained(OpacityStage), trained(Tight)
     assert (whole.parts, parts.parts) == (1, 4)
     assert losses_in_parts == pytest.approx(losses, rel=1e-2)
-    for (name, one), other in zip(
-        whole.generator.named_parameters(), parts.generator.parameters(), strict=True
-    ):
+    pairs = whole.generator.named_parameters(), parts.generator.parameters()
+    for (name, one), other in zip(*pairs, strict=True):
         if one.grad is not None:
             scale = one.grad.abs().max()
             # bfloat16 has 8 bits
@@ -176,6 +175,5 @@ def test_a_batch_keeps_shapes_ranges_and_meaning(store):
         assert value.abs().max() <= 1 + 1e-6
     blocks = samples.rgba[..., 3].reshape(6, 32, 2, 32, 2).mean(axis=(2, 4)) / 255
     np.testing.assert_allclose(decode_unit(batch.opacity_image)[:, 0].numpy(), blocks, atol=1e-6)
-    assert decode_unit(batch.image)[2, 1, 40, 20].item() == pytest.approx(
-        samples.rgba[2, 40, 20, 1] / 255, abs=1e-6
-    )
+    green = samples.rgba[2, 40, 20, 1] / 255
+    assert decode_unit(batch.image)[2, 1, 40, 20].item() == pytest.approx(green, abs=1e-6)
