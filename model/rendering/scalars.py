@@ -55,17 +55,12 @@ def renderable_scalars(
     scaled = np.empty(values.shape, dtype=np.float32)
     lo, hi = volume.scalar_range
     lowest, highest = _limits(volume)
-    # The extremes of float64 would overflow in hi - lo: halve first.
-    span = hi / 2 - lo / 2
 
     def scale(z: int) -> None:
-        doubles = values[z].astype(np.float64)
-        np.clip(doubles, lowest, highest, out=doubles)
+        doubles = np.clip(values[z], lowest, highest, dtype=np.float64)
         # In place: what memory costs is more than the arithmetic.
-        doubles /= 2
-        doubles -= lo / 2
-        doubles /= span
-        scaled[z] = doubles
+        doubles -= lo
+        np.divide(doubles, hi - lo, out=scaled[z], casting="same_kind")
 
     in_threads(scale, range(len(values)))
     return scaled, (0.0, 1.0)
