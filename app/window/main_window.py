@@ -227,7 +227,10 @@ class MainWindow(WindowParts):
             tf_input.compare(True)
             tf_input.focus("A")
         self._b_returns = False
-        self.panes.is_browsing = False
+        if self.panes.is_browsing:
+            self.panes.is_browsing = False
+            # Its question may still be open.
+            self.up_axis_card.start_volume()
 
     def _show_crop_handles(self, _change: object) -> None:
         # While a region is drawn, the mouse draws.

@@ -341,7 +341,7 @@ def test_the_map_is_computed_shown_and_kept(qtbot, make_window, builders, tmp_pa
     qtbot.waitUntil(lambda: session.map is not None)
     assert not session.map.is_final
     assert window.browser.bar.stop.isVisible()
-    qtbot.waitUntil(lambda: session.map is not None and session.map.is_final, timeout=30_000)
+    qtbot.waitUntil(lambda: session.map is not None and session.map.is_final)
     assert not window.browser.bar.stop.isVisible()
     assert toy_space(tmp_path, (100.0, 200.0), (112.0, 188.0)).open_map().is_final
     # Another volume has its own map, and takes no TF of the one before.

@@ -258,6 +258,10 @@ def test_it_is_asked_once_with_pictures(qtbot, make_window, builders):
     window = make_window()
     card = window.up_axis_card
     assert card.isVisible()
+    # Next to the browser there is no room, but it remains open.
+    for browses in (True, False):
+        window.latent_state.choose(shown=browses)
+        assert card.isVisible() != browses
 
     def asked():
         return [r for r in builders.analysts[-1].others if r.channel == "up axis"]
