@@ -11,7 +11,7 @@ from app.image_view.engine_pane import EnginePane
 from app.latent_browser.latent_browser import LatentBrowser
 from app.state.settings import Shown
 
-LEAST_IMAGE = 220  # least width of the image next to the latent browser
+LEAST_IMAGE = 0.35  # least share of the width for the image next to the latent browser
 
 
 class PaneLayout(QSplitter):
@@ -115,7 +115,8 @@ class PaneLayout(QSplitter):
         if not self.is_browsing:
             return
         width = self.width() - self.handleWidth()
-        browser = min(self._browser.width_for(self.height()), max(width - LEAST_IMAGE, 0))
+        most = round((1 - LEAST_IMAGE) * width)
+        browser = min(self._browser.width_for(self.height()), most)
         widths = {self._browser: browser, self._reference: width - browser}
         self.setSizes([widths.get(widget, 0) for widget in self._in_order()])
 
