@@ -16,9 +16,8 @@ WEIGHTS = bytes(range(256)) * 8
 def make_model(folder, name="ramp", top=200.0, **changes):
     """A model folder whose weights are any bytes: nobody draws with it."""
     scene = Scene.of(make_volume(name, top), 64)
-    card = ModelCard(
-        scene, "draft", NetworkSize(image_size=64), metrics={"holdout": {"rmse": 0.05}}
-    )
+    metrics = {"holdout": {"rmse": 0.05}}
+    card = ModelCard(scene, "draft", NetworkSize(image_size=64), metrics=metrics)
     folder.mkdir(parents=True)
     (folder / "generator-1.safetensors").write_bytes(WEIGHTS)
     header = {

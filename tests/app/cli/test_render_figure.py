@@ -126,9 +126,8 @@ def session(raw_file, tf_file, tmp_path):
     tf = TransferFunction.load(tf_file)
     volume = read_volume(raw_file)
     write_mask(path.with_name("seen.mask.nrrd"), mask_for(volume), volume)
-    memory = VolumeMemory(
-        tf=tf, view=VIEW, lighting="direct", light=LIGHT, crop=CROP, mask="seen.mask.nrrd"
-    )
+    lit = {"lighting": "direct", "light": LIGHT}
+    memory = VolumeMemory(tf=tf, view=VIEW, **lit, crop=CROP, mask="seen.mask.nrrd")
     content = SessionContent(memory, SessionSettings(legend=True))
     Session(raw_file, volume.fingerprint, content).save(path)
     return path

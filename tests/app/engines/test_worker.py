@@ -73,9 +73,8 @@ def test_engines_of_settings_are_closed_after_what_waits(qtbot):
 
     worker = EngineWorker(build, "test")
     act_until(qtbot, worker.told, worker.start)
-    of_b = replace(
-        make_request(1), settings=requests.ReferenceSettings(), channel=requests.IMAGES_B
-    )
+    settings = requests.ReferenceSettings()
+    of_b = replace(make_request(1), settings=settings, channel=requests.IMAGES_B)
 
     def ask_of_b(count):
         worker.mailbox.put(of_b)

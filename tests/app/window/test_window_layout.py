@@ -102,6 +102,7 @@ def test_everything_has_room_at_any_size_and_nothing_moves(qtbot, make_window):
         assert image.size() == alone
         window.latent_state.choose(shown=True)
         assert_whole(qtbot, window, size)
+        assert image.width() >= 0.34 * window.panes.width()
         assert box_of(window.reference_controls.ball, bar) == lit
         assert browser.map.width() == browser.map.height() == browser.grid.width()
         window.latent_state.choose(shown=False)

@@ -45,9 +45,8 @@ def scene(view=PERSPECTIVE, tf=MODES, **others):
     return SceneInputs(view, tf, RAINBOW, LIGHT, **others)
 
 
-cuts = pytest.mark.parametrize(
-    ("view", "clip"), [(PERSPECTIVE, OBLIQUE), (NEAR, None), (NEAR, OBLIQUE)]
-)
+CUTS = [(PERSPECTIVE, OBLIQUE), (NEAR, None), (NEAR, OBLIQUE)]
+cuts = pytest.mark.parametrize(("view", "clip"), CUTS)
 
 
 @pytest.fixture
