@@ -320,7 +320,8 @@ def _distance(point: QPointF, start: QPointF, end: QPointF) -> float:
 
 AWAY = 14  # distance from the place to the right and downwards, in pixels
 PIECE_TIP = (
-    "Show only what is connected to this place (I), or all but that (X); Ctrl+Z takes it back"
+    "Show only what is connected to this place (I), or all but that (X); Ctrl+Z takes it back.\n"
+    "A piece that is shown alone fades into the values around it."
 )
 EDGE = 4  # least distance from the canvas's edges, in pixels
 NARROW = 480  # width of the canvas below which a piece has a line for each of its facts
