@@ -70,9 +70,10 @@ def test_a_jump_stays_a_jump():
 
 
 def test_modes_are_found_again():
-    modes = (GaussianMode(0, 10, 0.6), GaussianMode(60, 25, 0.2), GaussianMode(110, 6, 0.03))
+    rows = (0, 10, 0.6), (60, 25, 0.2), (110, 6, 0.03), (135, 6, 0.003)
+    modes = tuple(GaussianMode(*row) for row in rows)
     found = fitted_modes(densely(OpacityTF(SPAN, modes)))
-    assert len(found.modes) == 3
+    assert len(found.modes) == len(modes)
     for mode, expected in zip(found.modes, modes, strict=True):
         assert mode.mean == pytest.approx(expected.mean, abs=0.3)
         assert mode.width == pytest.approx(expected.width, rel=0.03)
