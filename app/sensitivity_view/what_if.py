@@ -30,7 +30,7 @@ from model.scene.tf_emphasis import (
 )
 from model.scene.tf_perturbation import edit_around, edit_over
 from model.scene.transfer_function import TF_SAMPLES, OpacityTF
-from model.sensitivity.peaks import Contribution, is_same_value
+from model.sensitivity.peaks import Contribution, contributions, is_same_value
 from model.sensitivity.what_if import WhatIf, compare, edited, predicted_rmse
 
 CLICK_MS = 350  # time up to which a press is a click; the button is held if it takes longer
@@ -202,8 +202,10 @@ class WhatIfQuestion(QObject):
         scalar_range, width = self._asker.state.scalar_range, asked.choices.width
         if asked.band is not None:
             return edit_over(asked.band.values, scalar_range, width)
-        peaks = layer.peaks
+        peaks, pick = layer.peaks, self._asker.pick
         value = peaks.intervals[0].value if peaks.intervals else peaks.strongest
+        if asked.active is None and pick and (at := contributions(pick.value[0], scalar_range)):
+            value = at[0].value  # of the clicked place
         return None if value is None else edit_around(value, scalar_range, width)
 
     def _say(self, result: str) -> None:

@@ -336,6 +336,8 @@ class MainWindow(WindowParts):
     def _start_volume(self) -> None:
         """Show an opened volume's notices and questions, now that its TF is set."""
         self.up_axis_card.start_volume()
+        if not self.workspace.is_next:
+            self.crop_card.set_shown(False)
         self.sessions.start_volume()
         opened = self.workspace.opened
         assert opened is not None

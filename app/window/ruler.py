@@ -22,7 +22,7 @@ from model.scene.volume import Triple
 class Ruler(QObject):
     """Takes two clicks or a drag; images and slices show the line between its ends.
 
-    The line stays until Escape or the next line's first click.
+    The line stays until Escape or until the next line is complete.
     """
 
     def __init__(self, context: Context, overlays: Overlays, slices: Slices) -> None:
@@ -30,6 +30,7 @@ class Ruler(QObject):
         self._context, self._overlays, self._slices = context, overlays, slices
         self.is_on = self._took = False
         self._first: tuple[Triple, ...] = ()
+        self._before: tuple[Triple, ...] = ()  # the previous line
         self._pressed = QPointF()  # where the mouse went down
         for pane in context.panes:
             pane.canvas.installEventFilter(self)
@@ -40,15 +41,16 @@ class Ruler(QObject):
         """Start or stop measuring."""
         if self.end() or self._context.workspace.opened is None:
             return
-        self.is_on, self._first = True, ()
+        self.is_on, self._first, self._before = True, (), self._overlays.subject.line
         self._context.sensitivity.set_tool(None)
-        self._context.status.say("Click two places, or drag from one to the other.")
+        self._context.status.say("To measure, click two places or drag from one to the other …")
 
     def end(self) -> bool:
         """End measuring; return False if there is nothing to end."""
         was_on, self.is_on = self.is_on, False
         if was_on:
-            self._show(() if self._first else self._overlays.subject.line)
+            self._context.status.say("")
+            self._show(self._before)
         return was_on
 
     def remove(self) -> bool:
@@ -102,12 +104,14 @@ class Ruler(QObject):
         if not found or found[0] is None:
             say("Nothing shows there; click on something that does.")
             return
-        # The first point may have been the previous volume's.
-        line = (*(self._first if subject.line else ()), found[0])
+        if not subject.line:
+            # They may have been the previous volume's.
+            self._first = self._before = ()
+        line = (*self._first, found[0])
         self.is_on, self._first = len(line) < 2, line[:1]
         self._show(line)
         if self.is_on:
-            say("Click the second place.")
+            say("Click the second place …")
         else:
             say(f"Distance: {subject.scale.length_text(*line)}")
 

@@ -22,6 +22,7 @@ from model.scene.crop import CropBox
 from model.scene.orientation import corners
 from model.scene.slices import MIDDLE, SliceColors, gray_window, usual_window, voxel_of
 from model.scene.tf_perturbation import band_of_edit
+from model.scene.thinned_volume import ThinnedVolume
 from model.scene.transfer_function import Range
 from model.scene.view import NEAREST_DEPTH, Projection, from_middle
 from model.scene.volume import Triple
@@ -84,9 +85,13 @@ class Slices(QObject):
             box = inputs.crop or CropBox()
             box = box if inputs.mask is None else inputs.mask.within(box)
             shown = corners(box)
+            if self.state.volume is not None:
+                around = ThinnedVolume.of(self.state.volume).shown_points(inputs.opacity_tf)
+                shown = around.clip(box.low, box.high)
             if inputs.clip is not None:
-                kept = shown[inputs.clip.depths(shown, shape) > 0]
-                shown = np.vstack([kept, inputs.clip.outline(box, shape)])
+                section = inputs.clip.outline(box, shape)
+                section = section.clip(shown.min(axis=0), shown.max(axis=0))
+                shown = np.vstack([shown[inputs.clip.depths(shown, shape) > 0], section])
             state.view_whole(shown if len(shown) else corners(box))
 
     def take_piece(self, alone: bool) -> None:
@@ -237,7 +242,7 @@ class Slices(QObject):
         what = self._context.state.value_text(float(value))
         share = f"{100 * found[self._step][1]:.0f} % of the pixel's opacity"
         which = f"{self._step + 1} of {len(found)} along the line of sight"
-        self._context.status.say(f"Place {which}, value {what}: {share}.")
+        self._context.status.say(f"Place {which}, interpolated value {what}: {share}.")
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """Step along the ray through the clicked point with the keys up and down."""

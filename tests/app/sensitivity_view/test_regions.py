@@ -171,6 +171,10 @@ def test_a_click_names_the_values_there_and_edits_them(qtbot, window, builders):
     assert findings.isHidden() and window.editor.area.rect == plot
     label.button.click()
     assert findings.isVisible() and "100 %" in findings.value_rows[0].accessibleName()
+    # What if asks about the first value there.
+    window.sensitivity.what_if.start()
+    assert "opacity at 123.5 K" in window.sensitivity.what_if.edit_text
+    window.sensitivity.what_if.end()
     asked = [r for r in builders.analysts[-1].others if r.channel == "sensitivity: pick"]
     square = asked[-1].regions[0]
     assert np.mean(square.points, axis=0) == pytest.approx((0.3, 0.6), abs=0.01)

@@ -212,6 +212,8 @@ def test_zoom_pan_and_window_of_gray_by_the_mouse(qtbot, window):
         shown = at(window, view, 3, 4, 0) - at(window, view, 0, 0, 0)
         assert (shown - whole).manhattanLength() <= 2
         assert (window.state.view != seen) == changes
+    # As large as at first.
+    assert window.state.view.distance == pytest.approx(window.state.home.distance)
     # What a plane leaves is as large as if a crop box left it.
     lower, found = CropBox(high=(1.0, 1.0, 0.5)), []
     clip, crop = window.state.clip_input, window.state.crop_input

@@ -215,9 +215,14 @@ def test_two_clicks_measure_the_distance_of_what_shows_there(make_window):
     assert state.view != view
     assert len(overlays.subject.line) == 2
     # The line stays until there is another one, or Escape, which removes it last.
-    measure.trigger()
-    QTest.keyClick(window, Qt.Key.Key_Escape)
-    assert len(overlays.subject.line) == 2
+    kept = overlays.subject.line
+    for clicks in (0, 1):
+        measure.trigger()
+        for _ in range(clicks):
+            click(window.reference.canvas, 0.5, 0.5)
+            assert len(overlays.subject.line) == 1
+        QTest.keyClick(window, Qt.Key.Key_Escape)
+        assert overlays.subject.line == kept
     window.crop_card.set_shown(True)
     QTest.keyClick(window, Qt.Key.Key_Escape)
     assert len(overlays.subject.line) == 2 and not window.crop_card.is_shown

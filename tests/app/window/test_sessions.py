@@ -98,8 +98,9 @@ def test_all_comes_back(qtbot, start_again, builders, volume, tmp_path):
     window.close()
     builders.volumes["other"] = make_volume("other", 300.0)
     window = start_again(volume)
+    window.crop_card.set_shown(True)
     open_volume(qtbot, window, "other")
-    assert "a.tfscope" not in window.windowTitle()
+    assert "a.tfscope" not in window.windowTitle() and not window.crop_card.is_shown
     open_session(qtbot, window, path)
     assert window.sessions.session() == saved
     assert window.preferences.recent("sessions") == [path]
