@@ -116,8 +116,7 @@ class WhatIfQuestion(QObject):
 
     def start(self) -> None:
         """Render the edit at the band, or at the best interval."""
-        edit = self._edit()
-        asker = self._asker
+        edit, asker = self._edit(), self._asker
         if edit is None or not asker.engines:
             self.end()
             return

@@ -79,20 +79,19 @@ class Slices(QObject):
         under = [view for view in cast(list[SliceView], self.areas) if view.underMouse()]
         for view in under:
             view.fit()
-        if not under:
-            state = self._context.state
-            inputs, shape = state.inputs, state.proportions
-            box = inputs.crop or CropBox()
-            box = box if inputs.mask is None else inputs.mask.within(box)
-            shown = corners(box)
-            if self.state.volume is not None:
-                around = ThinnedVolume.of(self.state.volume).shown_points(inputs.opacity_tf)
-                shown = around.clip(box.low, box.high)
-            if inputs.clip is not None:
-                section = inputs.clip.outline(box, shape)
-                section = section.clip(shown.min(axis=0), shown.max(axis=0))
-                shown = np.vstack([shown[inputs.clip.depths(shown, shape) > 0], section])
-            state.view_whole(shown if len(shown) else corners(box))
+        volume, state = self.state.volume, self._context.state
+        if under or volume is None:
+            return
+        inputs, shape = state.inputs, state.proportions
+        box = inputs.crop or CropBox()
+        box = box if inputs.mask is None else inputs.mask.within(box)
+        around = ThinnedVolume.of(volume).shown_points(inputs.opacity_tf)
+        shown = around.clip(box.low, box.high)
+        if inputs.clip is not None:
+            section = inputs.clip.outline(box, shape)
+            section = section.clip(shown.min(axis=0), shown.max(axis=0))
+            shown = np.vstack([shown[inputs.clip.depths(shown, shape) > 0], section])
+        state.view_whole(shown if len(shown) else corners(box))
 
     def take_piece(self, alone: bool) -> None:
         """Show a piece alone, or cut it away: under the mouse in a slice, or at the cross-hair."""
@@ -197,8 +196,7 @@ class Slices(QObject):
         self._context.update_images()
 
     def _keep_paint(self) -> None:
-        colors, window = self.state.colors, self.state.window
-        self._context.workspace.keep(slice_colors=colors, gray_window=window)
+        self._context.workspace.keep(slice_colors=self.state.colors, gray_window=self.state.window)
 
     def _follow_question(self, what: str) -> None:
         """Outline the band of values."""

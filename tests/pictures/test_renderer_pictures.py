@@ -137,9 +137,8 @@ def volume_of(name):
 def _modes(scalar_range, *modes):
     """Modes whose means and widths are fractions of the range."""
     lo, hi = scalar_range
-    return OpacityTF(
-        scalar_range, tuple(GaussianMode(lo + m * (hi - lo), w * (hi - lo), a) for m, w, a in modes)
-    )
+    found = (GaussianMode(lo + m * (hi - lo), w * (hi - lo), a) for m, w, a in modes)
+    return OpacityTF(scalar_range, tuple(found))
 
 
 def _steps(scalar_range, *points):

@@ -85,9 +85,8 @@ def test_the_sensitivity_of_a_region_predicts_an_edit(raw_file, tf_file, tmp_pat
     step = 1e-3
     points = list(zip(values.tolist(), (opacity + step * np.sin(values)).tolist(), strict=True))
     color = TransferFunction.load(tf_file).color
-    edited = TransferFunction(
-        OpacityTF(RANGE, points=tuple((v, max(a, 0)) for v, a in points)), color
-    )
+    opacity_tf = OpacityTF(RANGE, points=tuple((v, max(a, 0)) for v, a in points))
+    edited = TransferFunction(opacity_tf, color)
     edited.save(tmp_path / "edited.json")
     arguments = f"render --renderer raycast {base} --tf {tmp_path / 'edited.json'}"
     assert run([*arguments.split(), "--out", str(tmp_path / "edited.npy")]) == 0

@@ -63,9 +63,8 @@ def test_it_is_there_for_what_is_not_exact_alone(qtbot, pane):
     engine.image_error = 0.0123
     act_until(qtbot, pane.client.settled, pane.client.submit, request(line, 2))
     words = "estimated error .012"
-    assert (
-        not line.isHidden() and line.fidelity.text == line.text() == line.accessibleName() == words
-    )
+    assert line.fidelity.text == line.text() == line.accessibleName() == words
+    assert not line.isHidden()
     assert "1 sample per pixel" in line.toolTip() and "RMSE" in line.toolTip()
     work.wanted = "another renderer"
     pane.statusShown.emit()

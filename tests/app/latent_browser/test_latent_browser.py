@@ -107,9 +107,8 @@ def test_the_grid_shows_the_mean_of_each_cell(window, builders, places):
     grid = window.workspace.latent.grid
     session = window.workspace.latent.session
     means = session.map.cells(window.latent_state.brush)
-    for tf, count, code in zip(
-        grid.tfs, means.count.ravel(), means.codes.reshape(16, 1, -1), strict=True
-    ):
+    cells = grid.tfs, means.count.ravel(), means.codes.reshape(16, 1, -1)
+    for tf, count, code in zip(*cells, strict=True):
         assert (tf is None) == (count == 0)
         if tf is not None:
             opacities = tf.sample(session.space.frame.window)

@@ -182,9 +182,8 @@ def seen_inputs(samples=2):
     generator = torch.Generator().manual_seed(1)
     names = path_light_network.COLORS
     colors = {name: torch.rand(2, 3, 32, 48, generator=generator) for name in names}
-    return path_light_network.network_inputs(
-        colors, torch.rand(2, 1, 32, 48, generator=generator), samples
-    )
+    opacity = torch.rand(2, 1, 32, 48, generator=generator)
+    return path_light_network.network_inputs(colors, opacity, samples)
 
 
 def lively_light():
@@ -217,9 +216,8 @@ def test_permuted_colours_are_those_of_each_picture():
 
 def test_a_file_holds_network_and_card(tmp_path):
     network, path = lively_light(), tmp_path / "a" / "network.safetensors"
-    card = path_light_network.PathLightCard(
-        SMALL, {"minutes": 3.0}, {"1": {"denoised": {"a": 0.02}}}
-    )
+    facts = {"minutes": 3.0}, {"1": {"denoised": {"a": 0.02}}}
+    card = path_light_network.PathLightCard(SMALL, *facts)
     path_light_network.save_path_light(path, card, network)
     found, loaded = path_light_network.load_path_light(path)
     assert found == card

@@ -64,9 +64,8 @@ def test_a_mode_is_suggested_where_most_is_promised_and_room_is_left(subject, in
     found = edits.suggested_mode(scene, taken, responses)
     assert found.mean == pytest.approx(values[160])
     assert taken.opacity_tf(found.mean) < edits.MOST_OPACITY
-    again = edits.suggested_mode(
-        scene, bare, responses, GaussianMode(values[120], found.width, 0.1)
-    )
+    taken = GaussianMode(values[120], found.width, 0.1)
+    again = edits.suggested_mode(scene, bare, responses, taken)
     assert again.mean == pytest.approx(values[160])
     assert found.amplitude == edits.AMPLITUDE
 

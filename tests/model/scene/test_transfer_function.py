@@ -87,9 +87,8 @@ def transfer_functions(draw):
     )
     if draw(st.booleans()):
         modes = st.builds(GaussianMode, finite, st.floats(1e-6, 1e6), unit)
-        return TransferFunction(
-            OpacityTF((lo, hi), tuple(draw(st.lists(modes, max_size=4)))), color
-        )
+        drawn = tuple(draw(st.lists(modes, max_size=4)))
+        return TransferFunction(OpacityTF((lo, hi), drawn), color)
     values = sorted(draw(st.lists(finite, min_size=1, max_size=5)))
     points = tuple((v, draw(unit)) for v in values)
     return TransferFunction(OpacityTF((lo, hi), points=points), color)

@@ -145,9 +145,8 @@ def test_averaged_weights_are_shipped_with_their_own(store, scene, tmp_path):
 
 
 def test_settings_change_single_options():
-    changed = TrainingOptions().with_settings(
-        ["l1_weight=50", "joint.learning_rate = 5e-4", "joint.batch_size=8", "kaiming_init=false"]
-    )
+    settings = "l1_weight=50|joint.learning_rate = 5e-4|joint.batch_size=8|kaiming_init=false"
+    changed = TrainingOptions().with_settings(settings.split("|"))
     expected = replace(
         TrainingOptions(),
         l1_weight=50.0,
@@ -225,9 +224,8 @@ def losses_of_steps(device, recorded, count):
 def test_recorded_steps_learn_what_others_do():
     device = torch.device("cuda")
     count = FIRST_PASSES + 3
-    for plain, recorded in zip(
-        losses_of_steps(device, False, count), losses_of_steps(device, True, count), strict=True
-    ):
+    losses = (losses_of_steps(device, is_recorded, count) for is_recorded in (False, True))
+    for plain, recorded in zip(*losses, strict=True):
         # The random TFs, the rate and the batch are each step's own; sums differ in their order.
         assert recorded == pytest.approx(plain, rel=0.02)
 

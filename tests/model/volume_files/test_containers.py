@@ -263,9 +263,8 @@ def test_climate(tmp_path, case, form):
         data.to_zarr(path, encoding=encoding, zarr_format=int(form[-1]), consolidated=False)
     else:
         engine = {"netcdf4": "h5netcdf", "netcdf3": "scipy"}[form]
-        data.astype("f4" if data.t.dtype == "u2" else data.t.dtype).to_netcdf(
-            path, engine=engine, encoding=encoding
-        )
+        data = data.astype("f4" if data.t.dtype == "u2" else data.t.dtype)
+        data.to_netcdf(path, engine=engine, encoding=encoding)
     same(read_volume(path), array, said, **facts)
 
 

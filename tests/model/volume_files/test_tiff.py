@@ -197,9 +197,8 @@ def test_pages_outside_the_folder_are_not_read(tmp_path):
     text = ome_text(inside)
     assert uuid not in text
     planes = f'<TiffData IFD="0" PlaneCount="6"><UUID FileName="../secret.ome.tif">{uuid}</UUID>'
-    start, _, rest = text.replace("</Pixels>", f"{planes}</TiffData></Pixels>").partition(
-        "<TiffData"
-    )
+    text = text.replace("</Pixels>", f"{planes}</TiffData></Pixels>")
+    start, _, rest = text.partition("<TiffData")
     tail = rest[rest.index("<TiffData") :]
     description = (start + tail).encode()
     tifffile.imwrite(inside, voxels("uint8"), description=description, metadata=None, ome=False)

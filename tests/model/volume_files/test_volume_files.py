@@ -280,9 +280,8 @@ def test_every_slice_is_reported(folders, kind):
         volume = read_volume(folders / kind)
     np.testing.assert_array_equal(volume.voxels, voxels())
     count = len(voxels())
-    assert [p for p in reported if p[0] == "slices read" and p[2] == count] == [
-        ("slices read", done, count) for done in range(count)
-    ]
+    expected = [("slices read", done, count) for done in range(count)]
+    assert [p for p in reported if p[0] == "slices read" and p[2] == count] == expected
     assert ("files listed", 0, count) in reported or kind == "tiff"
     before = len(reported)
     read_volume(folders / kind)

@@ -80,9 +80,8 @@ def seen(volume, view=VIEW, **others):
     """Half-transparent balls of many colours."""
     lo, hi = volume.scalar_range
     width = hi - lo
-    opacity = OpacityTF(
-        (lo, hi), points=((lo + 0.15 * width, 0.0), (lo + 0.3 * width, 0.15), (hi, 0.6))
-    )
+    points = (lo + 0.15 * width, 0.0), (lo + 0.3 * width, 0.15), (hi, 0.6)
+    opacity = OpacityTF((lo, hi), points=points)
     color = ColorTF((lo, hi), ((lo, 1.0, 0.5, 0.2), (lo + width / 2, 0.3, 0.9, 0.4), (hi, 1, 1, 1)))
     return SceneInputs(view, opacity, color, **others)
 
