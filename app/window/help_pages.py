@@ -14,7 +14,7 @@ Right drag, Ctrl and drag, or Page up and down | roll
 Right click, also in a slice | a menu
 Middle drag, Shift and drag, or Ctrl and arrow keys | pan
 Double click, or Home | return to the first view
-F | fit all that is not hidden into the image | F | fit
+F | fit what the TF shows into the image | F | fit
 Click a face of the cube | look from there. Drag it to turn
 Drag a round handle of the crop box (K) | move that plane
 Shift+K | cut by a plane that faces the viewer. Drag its arrow to turn it
