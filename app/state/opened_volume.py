@@ -37,8 +37,8 @@ class OpenedVolume:
     @property
     def map_window(self) -> Range:
         """Scalar values that the map's TFs cover."""
-        lows = self.counts, self.edges, self.volume.scalar_range
-        return window_above_background(*lows, self.window)
+        whole = self.volume.scalar_range
+        return window_above_background(self.counts, self.edges, whole, self.window)
 
     @classmethod
     def of(cls, path: Path, volume: Volume, mask: Mask | None = None) -> OpenedVolume:

@@ -137,8 +137,7 @@ class ViewerState(ViewNavigation):
         point, proportions = self.pivot, self.proportions
         if self.clip is not None:
             point = self.clip.nearest(point, proportions)
-        plane = ClipPlane.through(point, self.view.basis()[2], proportions)
-        self.clip_input.set(plane)
+        self.clip_input.set(ClipPlane.through(point, self.view.basis()[2], proportions))
 
     def flip_clip(self) -> None:
         """Cut away the other side of the clipping plane, if there is one."""

@@ -67,9 +67,7 @@ class MainWindow(WindowParts):
         wires: list[tuple[SignalInstance, Callable[..., object]]] = [
             (workspace.opening.reading, self.files.note_reading),
             (workspace.opening.reading, lambda _name: self.empty_card.set_shown(False)),
-            # Errors of the previous file no longer apply.
-            (workspace.opening.volumeRead, lambda _opened: self.notice.clear()),
-            (workspace.opening.volumeRead, self.sessions.take_read),
+            (workspace.opening.volumeRead, self._take_read),
             (workspace.volumeOpened, self._show_volume),
             (workspace.volumeStarted, self._start_volume),
             (workspace.rangeChanged, self._show_range),
@@ -212,6 +210,11 @@ class MainWindow(WindowParts):
         wanted = _first_in(areas[(start + step) % len(areas)]) if areas else None
         if wanted is not None:
             wanted.setFocus(Qt.FocusReason.TabFocusReason)
+
+    def _take_read(self, opened: OpenedVolume) -> None:
+        # Errors of the previous file no longer apply.
+        self.notice.clear()
+        self.sessions.take_read(opened)
 
     def _show_browser(self, choices: LatentChoices) -> None:
         """Show the latent browser in the generator's place, or the generator again."""

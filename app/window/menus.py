@@ -261,8 +261,7 @@ class Menus:
         isolate, cut = (partial(window.slices.take_piece, alone) for alone in (True, False))
         self._add(menu, "&Isolate connected voxels", isolate, "I", of=window.images_and_slices)
         self._add(menu, "Cut connected voxels &away", cut, "X", of=window.images_and_slices)
-        show_all = window.state.show_all_voxels
-        self._add(menu, "Show all &voxels", show_all, is_there=self._has_mask)
+        self._add(menu, "Show all &voxels", window.state.show_all_voxels, is_there=self._has_mask)
         menu.addSeparator()
         self._add(menu, "&Settings…", self._show_settings, "Ctrl+,")
         for pane in window.context.panes:

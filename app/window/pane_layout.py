@@ -115,8 +115,7 @@ class PaneLayout(QSplitter):
         if not self.is_browsing:
             return
         width = self.width() - self.handleWidth()
-        most = round((1 - LEAST_IMAGE) * width)
-        browser = min(self._browser.width_for(self.height()), most)
+        browser = min(self._browser.width_for(self.height()), round((1 - LEAST_IMAGE) * width))
         widths = {self._browser: browser, self._reference: width - browser}
         self.setSizes([widths.get(widget, 0) for widget in self._in_order()])
 

@@ -85,8 +85,7 @@ class Slices(QObject):
         inputs, shape = state.inputs, state.proportions
         box = inputs.crop or CropBox()
         box = box if inputs.mask is None else inputs.mask.within(box)
-        around = ThinnedVolume.of(volume).shown_points(inputs.opacity_tf)
-        shown = around.clip(box.low, box.high)
+        shown = ThinnedVolume.of(volume).shown_points(inputs.opacity_tf).clip(box.low, box.high)
         if inputs.clip is not None:
             section = inputs.clip.outline(box, shape)
             section = section.clip(shown.min(axis=0), shown.max(axis=0))

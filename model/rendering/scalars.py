@@ -117,7 +117,8 @@ def masked_scalars(scalars: NDArray[Any], volume: Volume, mask: Mask | None) -> 
     """
     if mask is None or volume.file.is_labels:
         return scalars
-    return np.minimum(scalars, fill(scalars.copy(), masked_voxels(volume, mask)))
+    filled = fill(scalars.copy(), masked_voxels(volume, mask))
+    return np.minimum(scalars, filled, out=filled)
 
 
 def _clamped_far_out(volume: Volume, voxels: NDArray[Any]) -> NDArray[Any]:

@@ -114,8 +114,8 @@ def raised(opacity: OpacityTF, factor: float) -> OpacityTF:
 def isolate_value(opacity: OpacityTF, value: float, width: float, reach: Range) -> OpacityTF:
     """Keep only the opacity of values in a range, as a curve.
 
-    It has the given width at least, in the data's units, and flanks of this width or a quarter of
-    the range. If the range has no opacity, one mode is added at the value.
+    The curve is at least as wide as the given width, in the data's units. Its flanks are as wide,
+    or a quarter of the range. If the range has no opacity, one mode is added at the value.
     """
     if opacity(np.linspace(*reach, TF_SAMPLES)).max() <= TINY:
         return replace(opacity, modes=(_mode(value, width, LEAST_RAISE),), points=())
