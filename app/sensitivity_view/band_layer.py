@@ -165,8 +165,7 @@ class BandLayer:
         if band is None or not is_shown:
             self.tag.hide()
             return
-        scalar_range = self._state.scalar_range
-        values = band_of_edit(band.values, scalar_range, choices.width)
+        values = band_of_edit(band.values, self._state.scalar_range, choices.width)
         left, right = self._area.axis.places(values).clip(0.0, 1.0).tolist()
         color = QColor(theme.CHANGE if band.effect or self.asks_edit else theme.VISIBLE)
         self._rect.setPen(pg.mkPen(color, width=1))

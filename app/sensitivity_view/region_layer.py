@@ -19,7 +19,7 @@ from app.state.sensitivity_asker import SensitivityAsker
 from app.state.sensitivity_state import SensitivityState, Tool
 from model.rendering.pieces import Piece
 from model.scene.region import Outline
-from model.sensitivity.peaks import contributions, percentages
+from model.sensitivity.peaks import percentages
 
 REACH = 8.0  # distance in pixels from which a corner or an edge reacts to the mouse
 LASSO_STEP = 3.0  # least distance of a lasso's points, in pixels
@@ -369,17 +369,14 @@ class PlaceLabel(Card):
         asker, place = self._asker, self._asker.asked.place
         # The clicked place may lie outside this narrower image.
         is_seen = self.is_here and place is not None and self._canvas.has_place(place)
-        is_seen = is_seen and not self.is_covered
-        if not (is_seen and asker.asked.choices.shown):
+        if self.is_covered or not (is_seen and asker.asked.choices.shown):
             self.hide()
             return
-        lines: list[tuple[str, str]] = []
-        if asker.pick is not None:
-            found = contributions(asker.pick.value[0], asker.state.scalar_range)
-            lines = [
-                (asker.state.range_text(one.reach), f"{percent} %")
-                for one, percent in zip(found, percentages(found), strict=True)
-            ]
+        found = asker.listed
+        lines = [
+            (asker.state.range_text(one.reach), f"{percent} %")
+            for one, percent in zip(found, percentages(found), strict=True)
+        ]
         rows = "".join(ROW.format(escape(text), part, "") for text, part in lines)
         # Nothing moves while the same place's values and pieces come again, as after a turn.
         is_same = place == self._last and (asker.pick is None or self._finder.is_searching)
@@ -423,8 +420,8 @@ class PlaceLabel(Card):
     def _follow_inputs(self) -> None:
         """Forget a place where nothing was visible, as another image may show something there."""
         self.dim.setEnabled(self._finder.is_searching)
-        asker, pick = self._asker, self._asker.pick
-        if self.is_here and pick and not contributions(pick.value[0], asker.state.scalar_range):
+        asker = self._asker
+        if self.is_here and asker.pick and not asker.listed:
             asker.asked.pick(None)
 
     def carry(self) -> None:

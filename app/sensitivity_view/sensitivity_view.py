@@ -51,8 +51,7 @@ class SensitivityView(QObject):
         self._panes = generator, reference, pane_b = panes
         self._what_if_shown: RenderedEdit | None = None
         canvases = [pane.canvas for pane in self._panes]
-        finder = workspace.pieces
-        self.labels = [PlaceLabel(canvas, asker, finder) for canvas in canvases]
+        self.labels = [PlaceLabel(canvas, asker, workspace.pieces) for canvas in canvases]
         self.regions = [
             RegionLayer(canvas, self._asked, partial(self._name_values_at, n))
             for n, canvas in enumerate(canvases)

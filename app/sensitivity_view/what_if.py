@@ -30,7 +30,7 @@ from model.scene.tf_emphasis import (
 )
 from model.scene.tf_perturbation import edit_around, edit_over
 from model.scene.transfer_function import TF_SAMPLES, OpacityTF
-from model.sensitivity.peaks import Contribution, contributions, is_same_value
+from model.sensitivity.peaks import Contribution, is_same_value
 from model.sensitivity.what_if import WhatIf, compare, edited, predicted_rmse
 
 CLICK_MS = 350  # time up to which a press is a click; the button is held if it takes longer
@@ -201,10 +201,10 @@ class WhatIfQuestion(QObject):
         scalar_range, width = self._asker.state.scalar_range, asked.choices.width
         if asked.band is not None:
             return edit_over(asked.band.values, scalar_range, width)
-        peaks, pick = layer.peaks, self._asker.pick
+        peaks, listed = layer.peaks, self._asker.listed
         value = peaks.intervals[0].value if peaks.intervals else peaks.strongest
-        if asked.active is None and pick and (at := contributions(pick.value[0], scalar_range)):
-            value = at[0].value  # of the clicked place
+        if asked.active is None and listed:
+            value = listed[0].value
         return None if value is None else edit_around(value, scalar_range, width)
 
     def _say(self, result: str) -> None:
@@ -260,8 +260,7 @@ class EditActions:
         """Raise or lower the opacity of values, or show them alone, opaque enough to be seen."""
         tf, value, width = self._state.transfer_function, found.value, self._width
         if how == "isolate":
-            alone = isolate_value(tf.opacity, value, width, found.reach)
-            opacity = self._made_visible(alone)
+            opacity = self._made_visible(isolate_value(tf.opacity, value, width, found.reach))
             # The image may hardly change.
             self._say(f"Only the values {self._state.range_text(found.reach)} are shown now.")
         else:

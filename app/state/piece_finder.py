@@ -17,7 +17,6 @@ from model.rendering.scale_bar import volume_text
 from model.scene.transfer_function import Range
 from model.scene.view import NEAREST_DEPTH, Projection, View, from_middle
 from model.scene.volume import Triple, Volume
-from model.sensitivity.peaks import contributions
 
 
 class PieceFinder(QObject):
@@ -122,8 +121,7 @@ class PieceFinder(QObject):
         wanted = None
         if volume is not None and place is not None and pick is not None:
             inputs = pick.request.inputs
-            found = contributions(pick.value[0], inputs.opacity_tf.scalar_range)
-            listed = tuple(one.reach for one in found)
+            listed = tuple(one.reach for one in self._asker.listed)
             # Pieces do not depend on light and colours.
             inputs = replace(inputs, light=None, color_tf=EMPTY_TF.color)
             wanted = volume, inputs, from_middle(place), listed

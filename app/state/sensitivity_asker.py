@@ -27,6 +27,7 @@ from model.scene.inputs import SceneInputs
 from model.scene.region import Outline
 from model.scene.transfer_function import TF_SAMPLES, Range
 from model.sensitivity.display import agreement, shown_responses
+from model.sensitivity.peaks import Contribution, contributions
 
 Source = Literal["exact", "other light", "learned"]
 """Origin of an answer: the ray caster's derivative, that of another light instead of path-traced
@@ -157,6 +158,14 @@ class SensitivityAsker(QObject):
         """Text to show until the answers come."""
         client = self.clients["exact"]
         return "computing …" if client.is_ready else client.text
+
+    @property
+    def listed(self) -> tuple[Contribution, ...]:
+        """The values at the clicked place, the largest share first; none until they are known."""
+        if self.pick is None:
+            return ()
+        scalar_range = self.pick.request.inputs.opacity_tf.scalar_range
+        return contributions(self.pick.value[0], scalar_range)
 
     @property
     def region(self) -> RegionAnswer | None:

@@ -165,9 +165,8 @@ def test_a_click_that_trembles_turns_nothing(state, canvas):
     assert state.view == gestures.orbit(HOME_VIEW, 10, 0)
 
 
-views = st.builds(
-    View, azimuth=st.floats(0, 359), elevation=st.floats(-60, 60), roll=st.floats(-180, 180)
-)
+angles = {"azimuth": st.floats(0, 359), "elevation": st.floats(-60, 60)}
+views = st.builds(View, **angles, roll=st.floats(-180, 180))
 
 
 @pytest.mark.parametrize("up", AXES)

@@ -20,7 +20,6 @@ from model.scene.slices import place_at, voxel_of
 from model.scene.transfer_function import ColorTF, OpacityTF, TransferFunction
 from model.scene.view import Projection
 from model.scene.volume import FileFacts, Label, Volume
-from model.sensitivity.peaks import contributions
 
 HUGE = np.float64(1e250)
 ENTER = QEnterEvent(QPointF(), QPointF(), QPointF())
@@ -334,8 +333,7 @@ def test_a_click_in_an_image_goes_to_what_shows_most_there_and_keys_go_on(qtbot,
     qtbot.waitUntil(lambda: "Place " in window.status.news)
     if guided:
         # Of the values that the label names first.
-        pick = window.workspace.sensitivity.pick
-        low, high = contributions(pick.value[0], volume.scalar_range)[0].reach
+        low, high = window.workspace.sensitivity.listed[0].reach
         (value,) = values_at(volume, np.array([state(window).place]))
         assert low <= value <= high
         for _ in places:
@@ -364,9 +362,16 @@ def test_a_click_in_an_image_goes_to_what_shows_most_there_and_keys_go_on(qtbot,
     # A double click returns to the first view; its first click does not count.
     QTest.mouseClick(canvas, Qt.MouseButton.LeftButton, pos=point)
     qtbot.waitUntil(lambda: "Place " in window.status.news)
+    pieces = window.workspace.pieces
+    assert voxel(window) == voxel_of(volume, pieces.point)
     QTest.mouseDClick(canvas, Qt.MouseButton.LeftButton, pos=point)
     settle(qtbot, window)
     assert voxel(window) == voxel_of(volume, places[-2][0])
+    # Wherever most shows, if last.
+    window.sensitivity_state.pick((x + 0.01, y))
+    pieces.point = places[-1][0]
+    pieces.located.emit()
+    assert voxel(window) == voxel_of(volume, places[-1][0])
 
 
 def test_a_resting_mouse_marks_the_value_and_shows_where_it_is_visible(qtbot, window):

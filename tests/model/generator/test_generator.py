@@ -36,9 +36,8 @@ def test_an_image_is_what_the_network_says(lively_generator, scene, samples):
             )
         )
     image = lively_generator.render(s)
-    np.testing.assert_allclose(
-        image[..., :3], decode_unit(expected)[0].permute(1, 2, 0).numpy(), atol=1e-6
-    )
+    colors = decode_unit(expected)[0].permute(1, 2, 0).numpy()
+    np.testing.assert_allclose(image[..., :3], colors, atol=1e-6)
     small = lively_generator.image_pairs(lively_generator.encoded([s]))[1][0]
     np.testing.assert_allclose(small, decode_unit(opacity_image)[0, 0], atol=1e-6)
     enlarged = resize(small, (64, 64), order=1, mode="edge", anti_aliasing=False)

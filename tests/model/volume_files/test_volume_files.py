@@ -65,9 +65,8 @@ def raw(order):
 
 
 ITK = (".nrrd", ".nhdr", ".mha", ".mhd")
-WRITERS = {
-    f"{suffix} compressed": named(files.write_itk, suffix, compressed=True) for suffix in ITK
-}
+COMPRESSED = (named(files.write_itk, suffix, compressed=True) for suffix in ITK)
+WRITERS = {f"{suffix} compressed": write for suffix, write in zip(ITK, COMPRESSED, strict=True)}
 WRITERS |= {suffix: named(files.write_itk, suffix) for suffix in (*ITK, ".nii", ".nii.gz")}
 WRITERS |= {".vti": named(files.write_vti, ".vti"), ".vtk": named(files.write_legacy, ".vtk")}
 WRITERS |= {f"raw {order}": raw(order) for order in ("little", "big")}
